@@ -7,7 +7,6 @@ import pytest
 pytest.importorskip('rclpy')
 
 from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 from ros_peer import position
 from std_msgs.msg import UInt16
@@ -19,9 +18,8 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.reports import connected_launcher
+from setcmas_simu.ros import qos
 from setcmas_simu.script_calls import Function
-
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Sender:
@@ -37,7 +35,7 @@ class Sender:
         self.node.broadcast = Broadcast(3, condition, Path('when.py'), reports)
         self.poses = FleetPoses({3: (self.node, self.node.odom_topic)}, 3)
         self.odometry = peer.publisher(Odometry, '/tb3_3/odom')
-        self.states = peer.listen(Odometry, '/tb3_3/trig_odom', LATCHED)
+        self.states = peer.listen(Odometry, '/tb3_3/trig_odom', qos.LATCHED_BY_MANY)
         self.events = peer.listen(UInt16, '/tb3_3/trig_event')
 
     def at(self, x, seconds=0.125):
@@ -67,7 +65,7 @@ def test_the_last_state_is_repeated_with_the_odometry_until_the_next_is_triggere
         robot.at(x)
 
     assert robot.heard() == ([0.0, 0.0, 0.0, 0.5, 0.5], [1, 0, 0, 1, 0])
-    late = robot.peer.listen(Odometry, '/tb3_3/trig_odom', LATCHED)
+    late = robot.peer.listen(Odometry, '/tb3_3/trig_odom', qos.LATCHED_BY_MANY)
     robot.peer.wait_for(lambda: late)
     assert position(late[-1])[0] == 0.5  # sent before it subscribed
 

@@ -9,7 +9,6 @@ from processes import CTRL, SIMU
 pytest.importorskip('rclpy')
 
 from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, String
 
@@ -20,14 +19,14 @@ from setcmas_ctrl.communication.communication_options import (
 from setcmas_ctrl.communication.message_content import decoded
 from setcmas_ctrl.fleet_network import FleetNetwork
 from setcmas_ctrl.fleet_poses import FleetPoses
+from setcmas_simu.ros import qos
 
-LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOSSY = ('--graph', 'path', '--loss', '0.3', '--delay', '0.15')
 FOUR = (*CTRL, '--algo', 'leader_election', '--nb-robots', '4', '--set', 'NUMBERS=[3, 1, 2, 9]')
 
 
 def messages_of(peer, robots):
-    return [peer.listen(String, f'/tb3_{i}/message', LATCHED) for i in robots]
+    return [peer.listen(String, f'/tb3_{i}/message', qos.LATCHED_BY_MANY) for i in robots]
 
 
 def test_robots_exchange_values_with_loss_and_delay(start, peer):
@@ -57,7 +56,7 @@ def test_programs_of_others_may_send_values(start, peer, script):
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     process = start(*CTRL, '--algo', law, '--nb-robots', '2', '--robots', '1')
     wanted = peer.cmd_cart_vel(1)
-    publisher = peer.publisher(String, '/tb3_2/message', qos=LATCHED)
+    publisher = peer.publisher(String, '/tb3_2/message', qos=qos.LATCHED_BY_MANY)
     publisher.publish(String(data='5.0'))
     publisher.publish(String(data='{"t": 0, "value": [2, 7]}'))
 
@@ -133,9 +132,11 @@ def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
 
 def test_a_repeated_state_is_received_once(peer):
     network = network_of(peer, CommunicationOptions(event_triggered=True), [1])
-    links = peer.listen(Float64MultiArray, '/tb3_1/links', LATCHED)
+    links = peer.listen(Float64MultiArray, '/tb3_1/links', qos.LATCHED_BY_MANY)
     states = peer.listen(Odometry, '/tb3_2/trig_odom')
-    publishers = [peer.publisher(Odometry, f'/tb3_{i}/trig_odom', i, qos=LATCHED) for i in (1, 2)]
+    publishers = [
+        peer.publisher(Odometry, f'/tb3_{i}/trig_odom', i, qos=qos.LATCHED_BY_MANY) for i in (1, 2)
+    ]
 
     def publish(publisher, x, second):
         state = Odometry()
@@ -169,8 +170,8 @@ def test_a_process_reports_the_links_of_its_own_robots(start, peer):
     start(*SIMU, '--nb-robots', '3', '--robot-rate', '50').wait_for_output('simulating')
     options = ['--graph', 'directed_ring', '--loss', '0.3', '--nb-robots', '3', '--robots', '2-3']
     start(*CTRL, '--algo', 'consensus', *options)
-    graph = peer.listen(Float32MultiArray, '/communication_graph', LATCHED)
-    links = peer.listen(Float64MultiArray, '/tb3_2/links', LATCHED)
+    graph = peer.listen(Float32MultiArray, '/communication_graph', qos.LATCHED_BY_MANY)
+    links = peer.listen(Float64MultiArray, '/tb3_2/links', qos.LATCHED_BY_MANY)
     peer.wait_for(lambda: graph and links and counts(links[-1])[2, 0] > 200)
 
     weights = np.array(graph[-1].data).reshape(3, 3)

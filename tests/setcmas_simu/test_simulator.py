@@ -12,7 +12,6 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position, twist_stamped
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
@@ -20,8 +19,8 @@ from visualization_msgs.msg import Marker
 
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import colour
+from setcmas_simu.ros import qos
 
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 FOREIGN = Path(__file__).parents[1] / 'setcmas_expe' / 'scripts'
 
 
@@ -98,7 +97,7 @@ def test_a_single_robot_has_the_names_and_parameters_that_ros_gives_it(start, pe
     process = start(*SIMU, '--ros-args', '-r', '__ns:=/lab/tb3_3', *words)
     process.wait_for_output('simulating robot 3 at 50 Hz')
     odometry = peer.listen(Odometry, '/lab/tb3_3/odom')
-    fleet = peer.listen(String, '/lab/fleet', LATCHED)
+    fleet = peer.listen(String, '/lab/fleet', qos.LATCHED_BY_MANY)
     peer.wait_for(lambda: odometry and fleet)
 
     assert position(odometry[0]) == (2.0, -1.5)

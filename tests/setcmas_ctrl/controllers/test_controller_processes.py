@@ -11,13 +11,13 @@ import rclpy
 from geometry_msgs.msg import Point32, TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position, velocity
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import UInt16
 from std_srvs.srv import SetBool
 
 from setcmas_simu.fleet.announcement import Announcement
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 
 
@@ -172,9 +172,6 @@ def test_use_sim_time_follows_the_clock_of_another_simulator(start, peer, script
     assert wanted[-1].y == pytest.approx(0.3)
 
 
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
 @pytest.fixture
 def start_alone(start):
     """Start a node by name, in a namespace, with parameters."""
@@ -214,7 +211,7 @@ def test_single_nodes_make_up_a_fleet_with_those_of_others(start, start_alone, p
 def test_the_sender_of_a_robots_states_works_alone(start, start_alone, peer):
     start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
     events = peer.listen(UInt16, '/tb3_2/trig_event')
-    states = peer.listen(Odometry, '/tb3_2/trig_odom', LATCHED)
+    states = peer.listen(Odometry, '/tb3_2/trig_odom', qos.LATCHED_BY_MANY)
     process = start_alone('event_triggered_comm', '/tb3_2', 'threshold:=0.1')
     process.wait_for_output('sending the states of robot 2 by events')
     peer.wait_for(lambda: len(states) > 3 and len(events) > 3)
