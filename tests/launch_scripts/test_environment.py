@@ -20,6 +20,13 @@ def test_topics_stay_on_this_machine_unless_the_user_decides_otherwise(monkeypat
     assert environment.local_environment()['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
 
 
+def test_nodes_import_numpy_without_threads_that_spin(monkeypatch):
+    monkeypatch.delenv('OPENBLAS_NUM_THREADS', raising=False)
+    assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '1'
+    monkeypatch.setenv('OPENBLAS_NUM_THREADS', '2')
+    assert environment.local_environment()['OPENBLAS_NUM_THREADS'] == '2'
+
+
 def test_an_emulated_lab_reaches_no_real_robot_whatever_the_user_has_set(monkeypatch):
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
     monkeypatch.setenv('ROS_STATIC_PEERS', '192.168.1.21')

@@ -20,6 +20,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import ENDINGS
 from setcmas_simu.robots.model import LIMITS
 
+_USUAL = 'burger'
+
 _warn = warner('identify')
 
 
@@ -32,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '-o', '--output', type=Path, default='model.yaml', metavar='FILE', help=model
     )
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing file')
-    limits = "velocity limits of the robots (default: the run's, or burger)"
+    limits = "velocity limits of the robots (default: the run's)"
     parser.add_argument('--limits', choices=list(LIMITS), help=limits)
 
 
@@ -55,7 +57,10 @@ def main(args: argparse.Namespace) -> int:
     print(identification.identified_table(found))
     for note in identification.identified_notes(found):
         _warn(note)
-    model = identification.model_of(found, args.limits or identification.limits_of(run))
+    limits = args.limits or identification.limits_of(run)
+    if limits is None:
+        _warn(f'the recording has no velocity limits; using those of {_USUAL} (see --limits)')
+    model = identification.model_of(found, limits or _USUAL)
     if model is None:
         return 1
     write_model_file(model, output, f'setcmas identify {args.run}')

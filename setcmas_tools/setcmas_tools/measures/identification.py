@@ -171,13 +171,13 @@ def _median(responses: list[Response]) -> Response:
     return Response(*np.median(rows, axis=0).tolist())
 
 
-def limits_of(run: Run) -> str:
-    """Return the name of the velocity limits of a run's robots; 'burger' where it names none."""
+def limits_of(run: Run) -> str | None:
+    """Return the name of the velocity limits of a run's robots; None where it names none."""
     model, given = (run.parameters.get(name) for name in ('model', 'limits'))
     if model in ROBOT_LIMITS:
         return str(model)
     known = (name for name, limits in LIMITS.items() if given in (name, asdict(limits)))
-    return next(known, 'burger')
+    return next(known, None)
 
 
 _HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)')

@@ -74,3 +74,13 @@ def test_a_run_without_motion_gives_no_model(driven, tmp_path, monkeypatch, caps
 
     assert 'tb3_1: its commands change too little to identify' in capsys.readouterr().err
     assert not (tmp_path / 'model.yaml').exists()
+
+
+def test_of_a_recording_without_limits_the_user_is_told_which_the_model_gets(driven, capsys):
+    bag = driven({CMD_VEL: 0.2})
+    line = 'the recording has no velocity limits; using those of burger (see --limits)'
+
+    main(['identify', str(bag), '-o', str(bag.with_suffix('.yaml'))])
+    assert line in capsys.readouterr().err
+    main(['identify', str(bag), '-o', str(bag.with_suffix('.yaml')), '--limits', 'waffle'])
+    assert line not in capsys.readouterr().err
