@@ -29,8 +29,7 @@ def expected(path, when):
 LOADING = [path for path in SCRIPTS if expected(path, 'load')]
 RUNNING = [path for path in SCRIPTS if expected(path, 'run')]
 IN_A_CONTROLLER = [
-    BAD / f'{name}.py'
-    for name in ('endless_loop', 'endless_while_loading', 'keyboard_interrupt', 'sleeps', 'slow')
+    BAD / f'{name}.py' for name in ('endless_loop', 'endless_while_loading', 'keyboard_interrupt')
 ]
 """Scripts whose mistakes only a controller process can report: calls that last, and Ctrl-C."""
 
