@@ -42,17 +42,8 @@ def test_title_names_and_answers_of_students_are_in_the_page(runs, tmp_path):
     pytest.importorskip('markdown_it')
     page, answers = tmp_path / 'page.html', tmp_path / 'answers.md'
     answers.write_text(f'# Question 1\n\n$x^2$ {HOSTILE}')
-    given = [
-        '--palette',
-        'ros1',
-        '--title',
-        'Lab <2>',
-        '--name',
-        'Ada & Alan',
-        '--answers',
-        str(answers),
-    ]
-    assert main(['report', str(runs / 'well'), '-o', str(page), *given, '--palette', 'ros1']) == 0
+    given = ['--palette=ros1', '--title=Lab <2>', '--name=Ada & Alan', f'--answers={answers}']
+    assert main(['report', str(runs / 'well'), '-o', str(page), *given]) == 0
 
     assert_colour(page.read_text(), '#ff0000')
     found = Page(page.read_text())

@@ -172,6 +172,17 @@ def test_a_file_that_has_no_end(run, name, kind):
         assert words in in_one_line(run)
 
 
+@pytest.mark.parametrize('name', ['model', 'arena', 'obstacles', 'algo', 'graph', 'poses'])
+def test_values_of_another_kind_hinder_no_report(run, name):
+    text = (run / 'run.yaml').read_text()
+    for value in (7, [1, 2], [[1]], {'a': 1}, 'x', 'null'):
+        changed, count = re.subn(rf'(?m)^  {name}: .*', f'  {name}: {value}', text)
+        assert count == 1
+        (run / 'run.yaml').write_text(changed)
+
+        used(run)
+
+
 def test_a_robot_beyond_the_largest_fleet_is_none(tmp_path, write_bag, make):
     odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
     names = ('/tb3_1/odom', '/tb3_1000000000000000/odom', '/tb3_2001/odom')
