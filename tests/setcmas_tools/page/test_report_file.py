@@ -89,10 +89,11 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run, no_plots):
 def test_a_run_that_died_gives_the_reason_and_its_lines_if_it_has_more(
     failed_run, no_plots, lines
 ):
-    outcome = Outcome(RunState.DIED, detail=f'tb3_1: killed{lines}')
+    outcome = Outcome(RunState.DIED, detail=f'tb3_1: killed\x1b[2J{lines}')
     read = Page(report_page(replace(failed_run, info=RunInfo(outcome=outcome)), 'failed'))
 
     assert read.shown.count('tb3_1: killed') == 1 + bool(lines)
+    assert '\x1b' not in read.shown
 
 
 def failure(t, robot, until=None, text='KeyError: 1', line=7):
