@@ -14,9 +14,9 @@ from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.option_groups import typed_words
 from setcmas_tools.run.run import law_title
+from setcmas_tools.run.run_folder import STUDY_TABLE
 from setcmas_tools.run.run_info import INFO_FILE
 from setcmas_tools.run.scenario import Scenario
-from setcmas_tools.study.study_options import TABLE
 
 
 def add_scenario_arguments(
@@ -82,7 +82,7 @@ def earlier_run(args: argparse.Namespace) -> Path | None:
     That of a study holds the scenario of its first run alone.
     """
     earlier: Path | None = args.earlier
-    is_run = earlier and (earlier / INFO_FILE).is_file() and not (earlier / TABLE).exists()
+    is_run = earlier and (earlier / INFO_FILE).is_file() and not (earlier / STUDY_TABLE).exists()
     return earlier if is_run else None
 
 

@@ -26,8 +26,8 @@ from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.plot_options import PlotOptions
-from setcmas_tools.run.run_folder import RunOptions
-from setcmas_tools.study.study_options import TABLE, SweepOptions
+from setcmas_tools.run.run_folder import STUDY_TABLE, RunOptions
+from setcmas_tools.study.study_options import SweepOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +52,7 @@ def main(args: argparse.Namespace) -> int:
     try:
         study = carry_out(plan, folder, options, args.overwrite)
     except KeyboardInterrupt:
-        has_runs = (folder / TABLE).is_file()
+        has_runs = (folder / STUDY_TABLE).is_file()
         done = f"'{folder}' has the runs" if has_runs else 'there are no runs'
         warn(f'setcmas sweep: stopped; {done} that had finished')
         raise
@@ -63,7 +63,7 @@ def main(args: argparse.Namespace) -> int:
 
         drawn = plot(study, folder / 'plots', options.metric, PlotOptions.of(args))
     plots = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
-    print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{plots}')
+    print(f'{runs_in_words(len(study))}: {folder / STUDY_TABLE}{plots}')
     return SCRIPT_FAILED if _failures(study) else 0
 
 

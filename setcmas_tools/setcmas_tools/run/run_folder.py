@@ -205,7 +205,10 @@ def _is_kept(folder: Path, path: Path) -> bool:
     return places[-1].is_file() and not any(place.is_symlink() for place in places)
 
 
-_PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
+STUDY_TABLE = 'runs.csv'
+"""The file in the folder of a study with a row for each run."""
+
+_PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', STUDY_TABLE, INFO_FILE)
 
 
 class RunFolder:
@@ -232,10 +235,10 @@ class RunFolder:
         return f'CSV: {self.csv}{plots}'
 
     def check(self, overwrite: bool) -> None:
-        """Check that no earlier run would be lost.
+        """Check that no earlier run or study would be lost.
 
         Raises:
-            SetcmasError: The folder holds a run that must not be overwritten, or files that are
+            SetcmasError: The folder holds one that must not be overwritten, or files that are
                 no run; or it is a file, or cannot be read.
         """
         with self._writing():
@@ -248,13 +251,14 @@ class RunFolder:
                 'run of setcmas; name another folder'
             )
         if taken and not overwrite:
+            kind = 'study' if STUDY_TABLE in taken else 'run'
             raise SetcmasError(
-                f"output '{self.path}' holds an earlier run; "
-                'name another folder, or add --overwrite to replace that run'
+                f"output '{self.path}' holds an earlier {kind}; "
+                f'name another folder, or add --overwrite to replace that {kind}'
             )
 
     def create(self, info: RunInfo) -> None:
-        """Create the folder with run.yaml and inputs; remove an earlier run.
+        """Create the folder with run.yaml and inputs; remove an earlier run or study.
 
         Raises:
             SetcmasError: The folder cannot be created or emptied.
@@ -284,7 +288,7 @@ class RunFolder:
             self.path.rmdir()  # stays if the user has files of their own in it
 
     def _remove_parts(self) -> None:
-        """Remove the files and folders of a run; of a link, only the link."""
+        """Remove the files and folders of a run or study; of a link, only the link."""
         for target in (self.path / part for part in _PARTS):
             if target.is_dir() and not target.is_symlink():
                 shutil.rmtree(target)

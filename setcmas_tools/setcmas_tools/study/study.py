@@ -22,11 +22,11 @@ from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
 from setcmas_tools.run.run import Run, tool
-from setcmas_tools.run.run_folder import RunFolder, inputs_of, kept_record
+from setcmas_tools.run.run_folder import STUDY_TABLE, RunFolder, inputs_of, kept_record
 from setcmas_tools.run.run_info import INFO_FILE, RunInfo
 from setcmas_tools.run.scenario import Scenario, name_of
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
-from setcmas_tools.study.study_options import TABLE, SweepOptions
+from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import (
     SEED,
     Plan,
@@ -96,17 +96,12 @@ def carry_out(
     interrupted study keeps its finished runs.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
-    if (place / TABLE).exists() and not overwrite:
-        raise SetcmasError(
-            f"output '{place}' holds an earlier study; name another folder, or add --overwrite"
-        )
     base = plan.scenario(1).found()
     inputs = inputs_of(base)
     files = RunFolder(place, inputs)
     files.check(overwrite)
     files.create(RunInfo(scenario=kept_record(base, inputs)))
     with file_errors(f"study '{place}' cannot be written"):
-        (place / TABLE).unlink(missing_ok=True)
         rows: dict[int, Row] = {}
         try:
             for row in tqdm(made_rows(plan, options), 'runs', len(plan.runs), disable=None):
@@ -253,7 +248,7 @@ def write_table(plan: Plan, rows: Mapping[int, Row], folder: Path) -> None:
     others = set(table) - {*first}
     known = [name for name in COLUMNS if name in others]
     ordered = table[[*first, *known, *sorted(others - {*known})]]
-    with written_whole(folder / TABLE) as file:
+    with written_whole(folder / STUDY_TABLE) as file:
         ordered.to_csv(file, index=False, float_format='%.9g', lineterminator='\n')
 
 
@@ -261,11 +256,13 @@ def read_table(folder: Path) -> pd.DataFrame:
     """Read the runs.csv of a study, or raise SetcmasError."""
     try:
         texts = dict.fromkeys(OUTCOME, str)
-        table = pd.read_csv(folder / TABLE, dtype=texts, keep_default_na=False, na_values=[''])
+        table = pd.read_csv(
+            folder / STUDY_TABLE, dtype=texts, keep_default_na=False, na_values=['']
+        )
         if SEED not in table:
             raise ValueError(f'it has no column {SEED}')
         return table.fillna(dict.fromkeys(OUTCOME, ''))
     except (OSError, ValueError) as error:
         raise SetcmasError(
-            f"'{folder / TABLE}' cannot be read; it must be the table of a study"
+            f"'{folder / STUDY_TABLE}' cannot be read; it must be the table of a study"
         ) from error

@@ -9,9 +9,6 @@ from typing import ClassVar
 from setcmas_simu.option_groups import Form, Options, option
 from setcmas_simu.option_kinds import DURATION, Kind, Whole
 
-TABLE = 'runs.csv'
-"""The file in the folder of a study with a row for each run."""
-
 
 def cores() -> int:
     """Return the number of cores that this process may use."""

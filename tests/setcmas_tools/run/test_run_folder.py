@@ -32,6 +32,17 @@ def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
     folder.check(overwrite=True)
 
 
+def test_a_run_leaves_nothing_of_the_study_that_it_replaces(tmp_path):
+    folder = RunFolder(tmp_path)
+    folder.create(RunInfo())
+    (tmp_path / 'runs.csv').touch()
+
+    with pytest.raises(SetcmasError, match=r'holds an earlier study.*--overwrite'):
+        folder.check(overwrite=False)
+    folder.create(RunInfo())
+    assert [path.name for path in tmp_path.iterdir()] == ['run.yaml']
+
+
 def test_a_folder_that_is_no_run_is_never_overwritten(tmp_path):
     (tmp_path / 'csv').mkdir()
 
