@@ -182,17 +182,18 @@ def _relative_to_class(files: Files, function: Function) -> Files:
     some = {
         path.parts[0]
         for path, content in inner.items()
-        if path.suffix == '.zip' or (path.suffix in _CODE and _defines(content, function))
+        if path.suffix == '.zip' or (path.suffix in _CODE and _defines(path, content, function))
     }
     is_class = len(some) > 1 or any(identity_of(path.parts[0]).group for path in inner)
     return inner if is_class else files
 
 
-def _defines(content: bytes | str, function: Function) -> bool:
+def _defines(path: PurePosixPath, content: bytes | str, function: Function) -> bool:
     """Return whether a script or notebook defines or assigns a function, without parsing it."""
     name = function.value
-    # Lines of a notebook begin within its text.
-    written = rf'(?:^|"|\\n)(?:def {name}\b|{name}\s*=[^=])'.encode()
+    # Lines of a notebook are within its texts; a script of Windows may begin with a mark.
+    begin = r'"|\\n' if path.suffix == '.ipynb' else '^|^\ufeff'
+    written = rf'(?:{begin})(?:def {name}\b|{name}\s*=[^=])'.encode()
     return isinstance(content, bytes) and bool(re.search(written, content, re.MULTILINE))
 
 
@@ -211,7 +212,7 @@ def chosen_script(files: Files, function: Function) -> tuple[PurePosixPath, str]
         return none, f'its Python files have {size // 1000} kB, but at most {limit} kB are allowed'
     if len(sources) == 1:  # errors are reported when it is loaded
         return next(iter(sources)), ''
-    fitting = [path for path, content in sources.items() if _defines(content, function)]
+    fitting = [path for path, content in sources.items() if _defines(path, content, function)]
     if not fitting:
         return none, f'none of its {len(sources)} scripts has a function {function.value}'
     if len({sources[path] for path in fitting}) > 1:  # not copies of one

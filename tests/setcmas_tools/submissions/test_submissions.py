@@ -136,6 +136,8 @@ def test_a_student_who_hands_in_no_script_is_not_lost(tmp_path):
         ({'ada/law.py': LAW, 'ada/test_law.py': b'from law import control\n'}, 'law.py'),
         ({'ada/tp/law.py': b'control = print\n', 'ada/tp/gains.py': b''}, 'tp/law.py'),
         ({'ada/law.py': b'def control(:\n', 'ada/gains.py': b''}, 'law.py'),
+        ({'ada/law.py': b'\xef\xbb\xbfdef control(): 0\n', 'ada/gains.py': b''}, 'law.py'),
+        ({'ada/law.py': LAW, 'ada/plots.py': b'title("control = on")\n'}, 'law.py'),
         ({'ada.zip': archive({'law.py': LAW})}, 'ada.zip/law.py'),
         ({'ada.py': LAW}, 'ada.py'),
         ({'ada.PY': LAW}, 'ada.py'),
