@@ -18,8 +18,10 @@ from setcmas_simu.robots.identified_robot import (
     IdentifiedRobot,
     ModelFile,
     Response,
+    read_model_file,
 )
 from setcmas_simu.robots.model import LIMITS, ROBOT_LIMITS, limits_named
+from setcmas_simu.robots.models_by_name import is_model_file
 from setcmas_tools.measures.response_fit import Fit, MeasuredSpeeds, fitted
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.run import Run
@@ -174,6 +176,9 @@ def _median(responses: list[Response]) -> Response:
 def limits_of(run: Run) -> str | None:
     """Return the name of the velocity limits of a run's robots; None where it names none."""
     model, given = (run.parameters.get(name) for name in ('model', 'limits'))
+    for one in run.inputs:
+        if one.option == 'model' and is_model_file(one.path.name):
+            return read_model_file(one.path).limits
     if model in ROBOT_LIMITS:
         return str(model)
     known = (name for name, limits in LIMITS.items() if given in (name, asdict(limits)))

@@ -1,4 +1,5 @@
 import pytest
+from identified_robots import TRUTH
 
 from launch_scripts.cli import main
 from setcmas_simu.robots.identified_robot import Response
@@ -65,6 +66,12 @@ def test_commands_are_those_that_moved_the_robot(driven, guarded, V):
 )
 def test_the_limits_are_those_of_the_run(options, limits):
     assert limits_of(simulate('consensus', 2, 1.0, **options)) == limits
+
+
+def test_the_limits_of_a_run_with_a_model_file_are_those_of_the_file(tmp_path):
+    (tmp_path / 'truth.yaml').write_text(TRUTH)
+    run = simulate('consensus', 2, 1.0, model=tmp_path / 'truth.yaml')
+    assert limits_of(run) == 'burger'
 
 
 def test_a_run_without_motion_gives_no_model(driven, tmp_path, monkeypatch, capsys):
