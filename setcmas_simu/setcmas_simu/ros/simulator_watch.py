@@ -1,4 +1,4 @@
-"""What a simulator looks for: another simulator of its robots, missed steps, unread commands."""
+"""What a simulator looks for: other simulators of its robots, missed steps, unread commands."""
 
 from __future__ import annotations
 
@@ -58,6 +58,7 @@ class SimulatorWatch:
         """Watch robots of this process, which take a type of commands, by its name in options."""
         self._node = node
         self._unread = UnreadCommands(node, robots, kind)
+        self._others = SecondPublishers(node, robots)
         self._missed = 0
         self._period = self._last_step = self._next_look = self._next_warning = 0.0
         self._last_warning = time.monotonic()
@@ -71,6 +72,7 @@ class SimulatorWatch:
             self._next_look = real + _LOOK_EVERY_S
             self._warn_of_missed(real)
             self._unread.look()
+            self._others.look()
 
     def _warn_of_missed(self, real: float) -> None:
         if self._missed and real >= self._next_warning:
@@ -82,6 +84,36 @@ class SimulatorWatch:
             )
             self._missed, self._last_warning = 0, real
             self._next_warning = real + 2 * seconds  # a busy machine stays busy
+
+
+class SecondPublishers:
+    """Warns, once per robot, of a second publisher of its odometry that has come to stay."""
+
+    def __init__(self, node: FleetNode, robots: Sequence[int]) -> None:
+        """Watch robots of this process, which have topics by now."""
+        self._node = node
+        self._robots = robots
+        self._suspects: set[int] = set()
+        self._reported: set[int] = set()
+
+    def look(self) -> None:
+        """Look at the graph; to be called every 2 s or so."""
+        contested = {
+            robot
+            for robot in self._robots
+            if self._node.count_publishers(topics.odometry_topic(robot)) > 1
+        }
+        # A second simulator that starts at the same time is seen before it ends.
+        staying = (contested & self._suspects) - self._reported
+        self._suspects = contested
+        self._reported |= staying
+        if staying:
+            topic = topics.odometry_topic(min(staying))
+            names = [one.name for one in cmd_vel_topics.publishers(self._node, topic)]
+            self._node.get_logger().warning(
+                f'the odometry of {robots_in_words(sorted(staying))} has two publishers '
+                f'({" and ".join(names)}): two simulators move each; stop one of them'
+            )
 
 
 class UnreadCommands:
