@@ -8,6 +8,7 @@ from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_ctrl.laws.references import References
 from setcmas_simu.robots.models_by_name import symbol
 from setcmas_tools import simulate
+from setcmas_tools.plots.reference_lines import draw_references
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_distances, draw_errors
 from setcmas_tools.plots.trajectories import draw_trajectories
@@ -31,13 +32,18 @@ def names(axes):
 
 def test_places_and_waypoints_of_a_formation():
     values = {'PLACES': PLACES, 'WPL': [[2, 2], [-2, 2]], 'REACHED': 0.1}
-    axes = drawn(draw_trajectories, 4, References('formation', values))
+    references = References('formation', values)
+    axes = drawn(draw_trajectories, 4, references)
     leader = circling_fleet(4).of(1)
     places = axes.get_lines()[-1].get_xydata()
 
     assert names(axes)[-2:] == ['waypoints', 'places at the end']
     assert places[0] == pytest.approx([leader.x[-1] - 1.5, leader.y[-1] + 0.866])
     assert len(places) == 3
+
+    run, film = run_of(circling_fleet(4), references=references), Figure().add_subplot()
+    marks = draw_references(film, run, is_film=True)
+    assert [one.get_label() for one in marks] == ['waypoints']  # the places would have to move
 
 
 @pytest.mark.parametrize(
