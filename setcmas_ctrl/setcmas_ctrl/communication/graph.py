@@ -265,7 +265,10 @@ class GraphDescription:
 
 
 _LINK = re.compile(r'\s*([1-9]\d{0,3})\s*(-|<-|->)\s*([1-9]\d{0,3})\s*')
-_LINK_FORM = "'1 - 2' (both directions), '1 <- 2' (1 receives from 2) or '2 -> 1' (the same)"
+_LINK_FORM = (
+    "'1 - 2' (both directions), '1 <- 2' (1 receives from 2) or '2 -> 1' (the same), "
+    'or with a weight: 1 - 2: 0.5'
+)
 _GRAPH_KEYS = ('graph', 'edges')
 
 _WEIGHT = Number(least=0, finite=True)
@@ -337,7 +340,7 @@ def _edge(entry: Entry) -> tuple[Pairs, float]:
     if not isinstance(entry.value, dict):
         return _pairs(entry, entry.value), 1.0
     if len(entry.value) != 1:
-        raise entry.mistake(f'{_LINK_FORM}, or with a weight: 1 - 2: 0.5')
+        raise entry.mistake(_LINK_FORM)
     ((link, weight),) = entry.value.items()
     return _pairs(entry, link), _WEIGHT.of(weight)
 
