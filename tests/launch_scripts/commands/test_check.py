@@ -99,7 +99,7 @@ def test_json_has_marks_hints_and_status_for_programs(tmp_path, law, status, sco
 @pytest.mark.parametrize(
     ('law', 'score', 'output'),
     [
-        (RIGHT, 1, 'reached 0.0'),
+        (RIGHT, 1, 'reached 0 m'),
         ('def control(', 0, "SyntaxError: '(' was never closed"),
     ],
 )
