@@ -18,12 +18,12 @@ robots:
 """
 
 
-def assert_found(found, names=('gain', 'lag', 'delay'), latency=0.0):
-    """Each gain, lag and delay, of which the latency (s) of poses is a part, is within a tenth."""
+def assert_found(found, latency):
+    """Each gain, lag and delay, which includes the latency of the lab in s, is within a tenth."""
     truth, model = read_model_file(Path('truth.yaml')), read_model_file(Path(found))
     for robot, true in truth.robots.items():
         for name in ('forward', 'turn'):
             own, known = (asdict(getattr(one, name)) for one in (model.robots[robot], true))
             known['delay'] += latency
-            for one in names:
+            for one in ('gain', 'lag', 'delay'):
                 assert own[one] == pytest.approx(known[one], rel=0.1), (robot, name, one)

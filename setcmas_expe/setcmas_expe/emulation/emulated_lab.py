@@ -124,7 +124,9 @@ class EmulatedGuards:
         return CmdVelGuard(self._options, namespace=robot.namespace, has_services=False)
 
 
-_RATE_HZ = 50.0  # of steps, and of motion capture
+LAB_RATE_HZ = 50.0
+"""Rate in Hz of motion capture, and of emulated robots: they follow a command at the next step."""
+
 _LONGEST_STEP_S = 0.1  # so that robots do not jump after a stall
 _WHEEL_ODOMETRY_HZ = 20.0
 _BATTERY_HZ = 1.0
@@ -290,7 +292,7 @@ def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(lab, lab.driver)
     process.launcher.report_ready()
-    step_time = StepTime(1.0 / _RATE_HZ)
+    step_time = StepTime(1.0 / LAB_RATE_HZ)
     run_steps(process, step_time, lambda: lab.step(step_time.now))
 
 

@@ -3,6 +3,7 @@ from identified_robots import TRUTH, assert_found
 from processes import PATIENT_LAB, refuses, run_here
 
 from launch_scripts.cli import main
+from setcmas_expe.emulation.emulated_lab import LAB_RATE_HZ
 from setcmas_expe.emulation.emulated_mocap import LATENCY_S
 from setcmas_tools import simulate
 from setcmas_tools.measures.comparison import best_shift
@@ -25,7 +26,8 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
 
     assert main(['identify', 'lab', '-o', 'found.yaml']) == 0
 
-    assert_found('found.yaml', latency=LATENCY_S)
+    until_the_next_step = 0.5 / LAB_RATE_HZ  # on average
+    assert_found('found.yaml', latency=LATENCY_S + until_the_next_step)
     for name, options in (('near', ['--model', 'found.yaml']), ('far', ['--model', 'burger'])):
         assert main(['offline', '--from', 'lab', *options, '--no-plots', '-o', name]) == 0
     lab = Run.load('lab')
