@@ -23,6 +23,7 @@ EXTRAS = {
     'launch_scripts/launch_scripts/status_display.py': 'lab',
     'launch_scripts/launch_scripts/commands/grade.py': 'grade',
     'setcmas_ctrl/setcmas_ctrl/filter': 'filter',
+    'setcmas_ctrl/setcmas_ctrl/safety_filter.py': 'filter',
     'setcmas_expe/setcmas_expe/mocap': 'camera',
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'lab',
     'setcmas_tools/setcmas_tools/measures/response_fit.py': 'identify',

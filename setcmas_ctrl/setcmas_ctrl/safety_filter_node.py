@@ -10,13 +10,13 @@ import numpy as np
 from geometry_msgs.msg import Point32
 
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.safety_filter import SafetyFilter
-from setcmas_ctrl.filter.velocity_conversion import VelocityConversion
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import GainOptions
+from setcmas_ctrl.safety_filter import SafetyFilter
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.si_to_uni import Conversion
 from setcmas_ctrl.si_to_uni_node import RESTS_S, SiToUni
+from setcmas_ctrl.velocity_conversion import VelocityConversion
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words

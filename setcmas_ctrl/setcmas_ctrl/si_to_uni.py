@@ -1,7 +1,7 @@
 """si_to_uni: turns the velocity of a law, vx and vy, into the command of a robot, V and omega.
 
 The function `si_to_uni` converts; change it, and every unicycle is driven your way, over ROS and
-offline. `filter/velocity_conversion.py` is what surrounds it: other kinds of robots, limited
+offline. `velocity_conversion.py` is what surrounds it: other kinds of robots, limited
 acceleration, velocities that the safety filter has changed.
 """
 

@@ -18,10 +18,10 @@ from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.velocity_conversion import VelocityConversion
 from setcmas_ctrl.fleet_poses import POSE_TIMEOUT_S, FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.si_to_uni import Conversion
+from setcmas_ctrl.velocity_conversion import VelocityConversion
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits

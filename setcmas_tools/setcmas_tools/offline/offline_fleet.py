@@ -18,12 +18,12 @@ from setcmas_ctrl.communication.message_content import Content, Value
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_ctrl.filter.velocity_conversion import VelocityConversion
 from setcmas_ctrl.laws.control_options import GainOptions, LawOptions
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.si_to_uni import Conversion
+from setcmas_ctrl.velocity_conversion import VelocityConversion
 from setcmas_simu.arrays import Floats, single_precision
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import check_in_fleet, format_per_robot, format_robots
@@ -153,7 +153,7 @@ class Commander:
         )
         self._filter = None
         if options.is_on:  # loads the solver only if needed
-            from setcmas_ctrl.filter.safety_filter import SafetyFilter
+            from setcmas_ctrl.safety_filter import SafetyFilter
 
             self._filter = SafetyFilter(options, nb_robots, self._convert, report)
 

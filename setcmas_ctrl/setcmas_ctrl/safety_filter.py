@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints, Constraints, Indices
 from setcmas_ctrl.filter.control_points import ControlPoints, check_motions
 from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions, Verdict
-from setcmas_ctrl.filter.velocity_conversion import VelocityConversion
+from setcmas_ctrl.velocity_conversion import VelocityConversion
 from setcmas_simu.arrays import Floats, single_precision
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import robots_in_words

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.filter.filter_options import Verdict
-from setcmas_ctrl.filter.velocity_conversion import VelocityConversion, limited_rise
 from setcmas_ctrl.si_to_uni import as_unicycles
+from setcmas_ctrl.velocity_conversion import VelocityConversion, limited_rise
 from setcmas_simu.robots.car import CAR
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
