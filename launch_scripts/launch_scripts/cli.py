@@ -37,7 +37,6 @@ VERBS = {
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path lengths, separation, settling times, task errors',
     'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
-    'explain': 'explain a run step by step, from single integrators to what was recorded',
     'identify': 'identify gain, lag and delay of robots from a run, for --model',
     'report': 'write a run as one page to hand in: replay, plots and script',
     'site': 'write a web page that runs laws, with nothing to install',
