@@ -40,7 +40,7 @@ MAY_IMPORT_ROS = {
     'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 faults',
     'setcmas_expe.guard': 'guard_node guard_watch motor_power',
     'setcmas_expe.mocap': 'camera_node receiver',
-    'setcmas_expe.pause': 'bridge_watch joystick_reader operator_joystick pause_node',
+    'setcmas_expe.pause': 'bridge_watch joystick pause_node',
     'setcmas_expe': 'bridges cmd_vel_bridge mocap_bridge',
     'setcmas_simu': 'simulator virtual_robot',
     'setcmas_simu.ros': (

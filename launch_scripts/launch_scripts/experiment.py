@@ -22,7 +22,7 @@ from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import ESC
 from setcmas_ctrl.laws.control_options import ControllerOptions
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_simu.reports import ProcessMessage, Ready, Report, Started
 from setcmas_tools.run.scenario import Scenario

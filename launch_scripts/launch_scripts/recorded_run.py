@@ -22,7 +22,7 @@ from launch_scripts.processes import (
 from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal import Stream
 from setcmas_ctrl.laws.control_options import ControllerOptions
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_expe.pause.console import Action, Status
 from setcmas_simu.reports import Paused, Ready, Recording, Started
 from setcmas_simu.script_calls import ScriptCall, ScriptFailure

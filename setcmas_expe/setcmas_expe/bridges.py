@@ -21,7 +21,7 @@ from setcmas_expe.bridge.machine_load import StallDetector, time_since_boot, war
 from setcmas_expe.bridge.motion_watch import MotionWatch
 from setcmas_expe.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_expe.mocap_bridge import MocapBridge
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Announcement

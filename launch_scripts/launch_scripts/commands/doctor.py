@@ -19,7 +19,7 @@ from launch_scripts.experiment import experiment_environment, start_emulated_lab
 from launch_scripts.processes import DOCTOR, ChildDiedError, node_command
 from launch_scripts.supervisor import StoppedError, Supervisor
 from setcmas_expe.emulation.emulation_options import check_emulated_mocap
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -47,7 +47,7 @@ from launch_scripts.terminal import (
 )
 from setcmas_ctrl.laws.control_options import WatchOptions
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.plots.plot_options import PlotOptions

@@ -25,7 +25,7 @@ from setcmas_expe.doctor.findings import (
     verdict,
 )
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_simu.errors import SetcmasError, install_command
 from setcmas_simu.option_groups import take_values
 

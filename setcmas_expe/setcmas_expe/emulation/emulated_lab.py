@@ -30,7 +30,7 @@ from setcmas_expe.emulation.emulation_options import (
 from setcmas_expe.emulation.faults import Fault, FaultKind, parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
 from setcmas_expe.lab.lab import Lab, LabRobot
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError

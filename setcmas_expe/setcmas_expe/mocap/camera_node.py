@@ -16,8 +16,8 @@ from rclpy.publisher import Publisher
 
 from setcmas_expe.mocap.camera_file import FIRST_FLOOR_TAG, CameraFile, load_cameras
 from setcmas_expe.mocap.camera_poses import CameraPoses
-from setcmas_expe.mocap.mocap_presets import CAMERA
 from setcmas_expe.mocap.picture_sources import NewestPicture, pictures
+from setcmas_expe.mocap.sources import CAMERA
 from setcmas_simu.fleet.planar_pose import Pose, quaternion_of_yaw
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robot_node import StepTime, run_steps

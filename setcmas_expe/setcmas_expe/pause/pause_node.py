@@ -20,10 +20,10 @@ from setcmas_expe.bridge.machine_load import StallDetector, time_since_boot, war
 from setcmas_expe.guard.guard_decision import GuardState
 from setcmas_expe.guard.guard_watch import reported
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
 from setcmas_expe.pause.console import Action, ConsoleReader, OperatorRequest, Status
-from setcmas_expe.pause.operator_joystick import OperatorJoystick
+from setcmas_expe.pause.joystick import OperatorJoystick
 from setcmas_expe.pause.press_judge import (
     REACTION_S,
     RELEASES_WITHIN_S,

@@ -17,7 +17,7 @@ from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.laws.control_options import Algo, GivenConversion, LawOptions
 from setcmas_ctrl.laws.script_search import LawScripts, unfilled_note
-from setcmas_expe.lab.lab_options import ExperimentOptions
+from setcmas_expe.lab.lab_file import ExperimentOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, file_errors, it_must_be
 from setcmas_simu.fleet.fleet import format_per_robot

@@ -16,8 +16,7 @@ from setcmas_expe.emulation.emulation_options import (
     emulated_start_poses,
 )
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_file import DEFAULT_FILE
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import DEFAULT_FILE, LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import ROBOT_LIMITS
 from setcmas_simu.robots.models_by_name import NO_LIMITS

@@ -6,7 +6,7 @@ from types import MappingProxyType
 import pytest
 from processes import run_here
 
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.arena import Arena
 from setcmas_tools.run.run_folder import inputs_of, kept_record

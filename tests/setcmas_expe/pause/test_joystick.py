@@ -2,7 +2,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from setcmas_expe.pause.operator_joystick import Joystick
+from setcmas_expe.pause.joystick import Joystick
 
 UP, DOWN = [0] * 8, [0] * 7 + [1]
 
