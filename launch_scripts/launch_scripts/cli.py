@@ -12,7 +12,6 @@ try:
     import importlib
     import os
     import sys
-    from contextvars import copy_context
     from typing import Any, NoReturn
 
     from launch_scripts.environment import clean_environment
@@ -134,7 +133,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         try:
             args = _parsed(arguments)
-            return int(copy_context().run(args.main, args))  # a palette is of this command only
+            return int(args.main(args))
         finally:
             print(end='', flush=True)  # else Python finds a closed pipe after the end
     except SetcmasError as error:

@@ -51,7 +51,7 @@ def main(args: argparse.Namespace) -> int:
         from setcmas_tools.plots.film import animate
 
         kind = None if film.animate == BEST else film.animate
-        print(animate(run, folder, kind, film.speed, look.palette))
+        print(animate(run, folder, kind, film.speed))
     return 0
 
 

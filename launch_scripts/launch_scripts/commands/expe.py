@@ -186,7 +186,7 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
     folder, info = new_run(args, scenario, of_lab_file)
     robots = [robot.number for robot in lab.robots]
     with (
-        fleet_views(ViewOptions.of(args), robots, True, args.palette) as views,
+        fleet_views(ViewOptions.of(args), robots, experiment=True) as views,
         open_keyboard() as keyboard,
         ProgressSupervisor(experiment_environment(lab, emulated=True), prefix=True) as supervisor,
     ):

@@ -14,8 +14,6 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.terminal import warner
-from setcmas_simu.fleet.palettes import palette
-from setcmas_tools.plots.plot_options import PaletteOptions
 
 _warn = warner('report')
 
@@ -31,7 +29,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--name', default='', help='your name, or several, below the title')
     answers = 'answers to the questions of the exercise, in Markdown'
     parser.add_argument('--answers', type=Path, metavar='FILE.md', help=answers)
-    PaletteOptions.add_to(parser)
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing page')
 
 
@@ -41,7 +38,6 @@ def main(args: argparse.Namespace) -> int:
 
     page = args.output or Path(f'{run_name(args.run)}.html')
     check_page(page, args.overwrite)
-    palette.set(args.palette)
     cover = Cover(args.title, args.name, args.answers)
     write_report(args.run, page, _warn, cover)
     print(page)

@@ -55,7 +55,7 @@ def main(args: argparse.Namespace) -> int:
     require_ros("'setcmas offline' takes the same options and needs no ROS; ")
     robots = list(range(1, scenario.nb_robots + 1))
     with (
-        fleet_views(ViewOptions.of(args), robots, palette=args.palette) as views,
+        fleet_views(ViewOptions.of(args), robots) as views,
         ProgressSupervisor(local_environment(), prefix=True) as supervisor,
     ):
         status, ended = run_robots(

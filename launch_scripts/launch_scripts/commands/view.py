@@ -32,7 +32,6 @@ from launch_scripts.processes import (
 )
 from launch_scripts.supervisor import run_node
 from launch_scripts.terminal import warn
-from setcmas_simu.fleet.palettes import PALETTES, palette
 from setcmas_simu.fleet.rviz_config import rviz_config
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import OneOf
@@ -57,7 +56,6 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.page.server import show_page  # these need matplotlib and websockets
     from setcmas_tools.run.run import Run
 
-    palette.set(browser.palette)
     show_page(report_page(Run.load(args.run, warn), run_name(args.run), warn), browser)
     return 0
 
@@ -111,7 +109,6 @@ def fleet_views(
     options: ViewOptions,
     robots: list[int],
     experiment: bool = False,
-    palette: str = PALETTES[0],
     ros_arguments: Sequence[str] = (),
 ) -> Iterator[list[tuple[str, list[str]]]]:
     """Yield names and commands of processes that show a fleet, in its namespace.
@@ -121,7 +118,7 @@ def fleet_views(
     attended, no_rviz = sys.stdout.isatty() and 'CI' not in os.environ, why_no_rviz()
     rviz, browser = choose_view(options, attended, no_rviz)
     rule = namespace_rule(ros_arguments)
-    page = [(PAGE, node_command(BROWSER_VIEW, [f'--palette={palette}', *rule]))] if browser else []
+    page = [(PAGE, node_command(BROWSER_VIEW, rule))] if browser else []
     if rviz and no_rviz:
         warn(f'--rviz: {no_rviz}; to see the robots in a browser, run setcmas view')
     if not rviz or no_rviz:

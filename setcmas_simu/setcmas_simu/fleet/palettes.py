@@ -1,16 +1,8 @@
-"""Palettes: the colours of robots, on screens and on white paper."""
+"""Colours of robots, which colour-blind readers can tell apart, on screens and on white paper."""
 
 from __future__ import annotations
 
-from contextvars import ContextVar
-
 Colour = tuple[float, float, float]
-
-PALETTES = ('okabe-ito', 'ros1')
-"""Colours for colour-blind readers, or those of the ROS 1 stack."""
-
-palette: ContextVar[str] = ContextVar('palette', default=PALETTES[0])
-"""The palette in use, one of `PALETTES`."""
 
 # M. Okabe and K. Ito, Color Universal Design, 2008; the most distinct on white paper first.
 _OKABE_ITO: tuple[Colour, ...] = (
@@ -32,49 +24,30 @@ _SCALE = (
     (0.597, 0.571, 0.466),
     (0.757, 0.697, 0.415),
 )
-_ROS1: tuple[Colour, ...] = (
-    (1.0, 0.0, 0.0),  # red
-    (0.0, 1.0, 0.0),  # green
-    (0.0, 0.0, 1.0),  # blue
-    (1.0, 0.91, 0.31),  # yellow
-    (1.0, 1.0, 1.0),  # white
-    (0.96, 0.18, 0.92),  # magenta
-    (1.0, 0.49, 0.37),  # salmon
-    (0.0, 0.0, 0.0),  # black
-)
 NB_COLOURS = len(_OKABE_ITO)
 _MOST_DISTINCT = 2 * NB_COLOURS  # in two line styles
-_GREY: Colour = (0.5, 0.5, 0.5)
-_WHITE: Colour = (1.0, 1.0, 1.0)
-_LIGHT_GREY: Colour = (0.78, 0.78, 0.78)
 _BRIGHT = 0.7
 
 
 def colour(robot: int) -> Colour:
     """Return the colour of a robot as (red, green, blue), each in [0, 1], from its number."""
-    if palette.get() == 'ros1':
-        return _ROS1[robot - 1] if robot <= len(_ROS1) else _GREY
     return _OKABE_ITO[(robot - 1) % NB_COLOURS]
 
 
 def plot_colour(robot: int, nb_robots: int = 1) -> Colour:
-    """Return the colour of a robot in a fleet of nb_robots on white paper.
-
-    The white robot is light grey there, and a large fleet has a continuous scale of colours.
-    """
-    if is_scale(nb_robots):
-        place = (robot - 1) % nb_robots / (nb_robots - 1) * (len(_SCALE) - 1)
-        low = min(int(place), len(_SCALE) - 2)
-        both = zip(_SCALE[low], _SCALE[low + 1], strict=True)
-        red, green, blue = (a + (place - low) * (b - a) for a, b in both)
-        return red, green, blue
-    own = colour(robot)
-    return _LIGHT_GREY if own == _WHITE else own
+    """Return the colour of a robot in plots; a large fleet has a continuous scale of colours."""
+    if not is_scale(nb_robots):
+        return colour(robot)
+    place = (robot - 1) % nb_robots / (nb_robots - 1) * (len(_SCALE) - 1)
+    low = min(int(place), len(_SCALE) - 2)
+    both = zip(_SCALE[low], _SCALE[low + 1], strict=True)
+    red, green, blue = (a + (place - low) * (b - a) for a, b in both)
+    return red, green, blue
 
 
 def is_scale(nb_robots: int) -> bool:
     """Return whether a fleet has a continuous scale: too many robots for distinct colours."""
-    return palette.get() != 'ros1' and nb_robots > _MOST_DISTINCT
+    return nb_robots > _MOST_DISTINCT
 
 
 def is_bright(colour: Colour) -> bool:

@@ -13,7 +13,6 @@ from typing import ClassVar
 
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import Kind, Whole
-from setcmas_tools.plots.plot_options import palette_option
 
 EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 """Addresses that mean all of a machine's, and how the machine itself is reached then."""
@@ -51,7 +50,6 @@ class BrowserOptions(Options):
         'port of the page; the next free one if it is taken',
         default=PORT,
     )
-    palette: str = palette_option()
     read_only: bool = flag('no buttons that start, pause, stop or reset robots')
 
     @property

@@ -7,7 +7,6 @@ import queue
 import sys
 import time
 
-from setcmas_simu.fleet.palettes import palette
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.page.browser import BrowserOptions, Opener
@@ -101,7 +100,6 @@ def main(argv: list[str] | None = None) -> int:
 
 def _show(process: RosProcess, args: argparse.Namespace) -> None:
     options = BrowserOptions.of(args)
-    palette.set(options.palette)
     has_buttons = not options.read_only
     server = PageServer(
         live_page(has_buttons),

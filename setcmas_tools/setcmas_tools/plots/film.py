@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError, file_errors
-from setcmas_simu.fleet.palettes import PALETTES
-from setcmas_tools.plots.plot_options import FILMS, PaletteOptions
+from setcmas_tools.plots.plot_options import FILMS
 from setcmas_tools.plots.reference_lines import draw_references
 from setcmas_tools.plots.style import (
     as_written,
@@ -213,7 +212,6 @@ def animate(
     folder: Path,
     kind: str | None = None,
     speed: float = 1.0,
-    palette: str = PALETTES[0],
     size: tuple[int, int] = (640, 540),
     dpi: float = 100.0,
     progress: bool = True,
@@ -225,7 +223,6 @@ def animate(
         folder: Folder of the film.
         kind: One of `plot_options.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
         speed: Playback speed in multiples of real time.
-        palette: One of `palettes.PALETTES`.
         size: Width and height in pixels; odd sizes are reduced by one, for MP4.
         dpi: Dots per inch; higher values enlarge text and lines.
         progress: Whether to show a progress bar in a terminal.
@@ -238,7 +235,6 @@ def animate(
             written or is too long for a GIF.
     """
     kind = _best_kind(kind)
-    palette = PaletteOptions(palette=palette).palette
     path = folder / f'{_NAME}.{kind}'
     rate = _RATES_HZ[kind] / speed
     table = from_first_command(run.table)
@@ -250,7 +246,7 @@ def animate(
             f'{math.ceil(100 * speed * len(grid.t) / _MOST_GIF_FRAMES) / 100:g} or more, '
             'or write mp4'
         )
-    with plot_style(palette), file_errors(f"'{path}' cannot be written"):
+    with plot_style(), file_errors(f"'{path}' cannot be written"):
         path.parent.mkdir(parents=True, exist_ok=True)
         width, height = (2 * (side // 2) / dpi for side in size)
         figure = Figure((width, height), dpi)

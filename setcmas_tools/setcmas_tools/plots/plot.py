@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.plugins import PluginGroup, a_function
 from setcmas_tools.measures.comparison import Shifted
 from setcmas_tools.measures.metrics import measure
@@ -91,7 +90,7 @@ def plot(
     progress = tqdm(drawn, 'plots', leave=False, disable=None, bar_format='{desc}: {n}')
     paths = write_figures(progress, folder, look)
     if look.show:
-        with plot_style(look.palette, look.paper):
+        with plot_style(look.paper):
             show(folder)
     return paths
 
@@ -142,14 +141,14 @@ class Picture(Figure):
             return png(self, 100)
 
 
-def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = None) -> Figure:
+def figure(run: Run, name: str, paper: str | None = None) -> Figure:
     """Return a plot of a run, or raise SetcmasError."""
-    look = PlotOptions(palette=palette, paper=paper)
+    look = PlotOptions(paper=paper)
     draw = PLOTS.get(name)
     if not suits(draw, run):
         known = ', '.join(plots_of(run))
         raise SetcmasError(f"plot '{name}' does not apply to this run; must be one of {known}")
-    with plot_style(look.palette, look.paper):
+    with plot_style(look.paper):
         picture = Picture()
         draw(picture, run)
         finish(picture, run.title)

@@ -1,11 +1,9 @@
-"""Options of plots and films: formats, palette, paper and speed."""
+"""Options of plots and films: formats, paper and speed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_simu.option_groups import ClashError, Form, Options, flag, option
 from setcmas_simu.option_kinds import Number, OneOf
 
@@ -22,21 +20,8 @@ BEST = 'best'
 """The best kind of film on this machine."""
 
 
-def palette_option() -> Any:
-    """Return an option: the palette of pages, plots and films."""
-    purpose = 'colours of the robots, for colour-blind readers or as in ROS 1'
-    return option(OneOf(PALETTES), purpose, default=PALETTES[0])
-
-
 @dataclass(frozen=True, kw_only=True)
-class PaletteOptions(Options):
-    """Colours of the robots."""
-
-    palette: str = palette_option()
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlotOptions(PaletteOptions):
+class PlotOptions(Options):
     """Appearance of plots; `show` opens them in windows until the user closes them."""
 
     format: tuple[str, ...] | None = option(

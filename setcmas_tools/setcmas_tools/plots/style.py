@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from setcmas_simu.errors import file_errors
-from setcmas_simu.fleet import fleet, palettes
+from setcmas_simu.fleet import palettes
 from setcmas_simu.fleet.palettes import Colour, is_bright, plot_colour
 from setcmas_tools.plots.plot_options import PAPERS, PlotOptions
 
@@ -31,21 +31,15 @@ _SAMPLES = 5
 
 def robot_dashes(robot: int, nb_robots: int) -> Any:
     """Return the line style of a robot, which distinguishes robots of one colour."""
-    if palettes.palette.get() == 'ros1' or palettes.is_scale(nb_robots):
+    if palettes.is_scale(nb_robots):
         return 'solid'
     return _DASHES[(robot - 1) // palettes.NB_COLOURS % len(_DASHES)]
 
 
-def is_shared(robot: int) -> bool:
-    """Return whether a robot has the common colour of robots beyond the palette."""
-    return palettes.palette.get() == 'ros1' and plot_colour(robot) == plot_colour(10_000)
-
-
 def legend_robots(robots: list[int]) -> list[int]:
     """Return the robots with legend entries: all, or a few on a continuous scale."""
-    distinct = [robot for robot in robots if not is_shared(robot)]
     if not palettes.is_scale(len(robots)):
-        return distinct
+        return robots
     last = len(robots) - 1
     return [robots[round(i * last / (_SAMPLES - 1))] for i in range(_SAMPLES)]
 
@@ -68,21 +62,19 @@ _paper: ContextVar[str | None] = ContextVar('_paper', default=None)
 
 
 @contextlib.contextmanager
-def plot_style(palette: str | None = None, paper: str | None = None) -> Iterator[None]:
+def plot_style(paper: str | None = None) -> Iterator[None]:
     """Draw and save inside in the style of these plots, regardless of the user's settings.
 
     Args:
-        palette: One of `palettes.PALETTES`; by default the one in use.
         paper: One of `PAPERS`, for fonts and sizes of a printed paper; None for screens.
     """
-    tokens = palettes.palette.set(palette or palettes.palette.get()), _paper.set(paper)
+    token = _paper.set(paper)
     try:
         names = ['screen', 'paper'] if paper else ['screen']
         with style.context(['default', *(_STYLES / f'{name}.mplstyle' for name in names)]):
             yield
     finally:
-        palettes.palette.reset(tokens[0])
-        _paper.reset(tokens[1])
+        _paper.reset(token)
 
 
 def as_written(text: str) -> str:
@@ -132,7 +124,7 @@ def write_figures(
     """
     paths = []
     with (
-        plot_style(look.palette, look.paper),
+        plot_style(look.paper),
         file_errors(f"plots cannot be written to '{folder}'"),
     ):
         folder.mkdir(parents=True, exist_ok=True)
@@ -178,8 +170,6 @@ def line_look(robot: int, nb_robots: int) -> dict[str, Any]:
     }
     if effects := edge_effects(look['color'], width):
         look['path_effects'] = effects
-    if is_shared(robot):
-        look |= {'alpha': 0.7, 'zorder': 1.9}  # behind robots with their own colour
     return look
 
 
@@ -192,15 +182,10 @@ def edge_effects(colour: Colour, width: float) -> list[AbstractPathEffect]:
 
 def robot_handles(robots: list[int]) -> list[Artist]:
     """Return legend entries for each robot, or for some robots of a large fleet."""
-    handles: list[Artist] = [
+    return [
         Line2D([], [], label=f'robot {robot}', **line_look(robot, len(robots)))
         for robot in legend_robots(robots)
     ]
-    if greys := [robot for robot in robots if is_shared(robot)]:
-        name = 'robot' if len(greys) == 1 else 'robots'
-        label = f'{name} {fleet.format_robots(greys).replace("-", "–")}'
-        handles.append(Line2D([], [], label=label, **line_look(greys[0], len(robots))))
-    return handles
 
 
 def line_handles(robots: list[int]) -> list[Artist]:

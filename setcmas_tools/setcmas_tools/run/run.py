@@ -215,7 +215,7 @@ class Run(RunTables):
         return tool(MEASURE)(self)
 
     def plot(self, name: str = 'trajectories', **style: Any) -> Figure:
-        """Return a plot by its name; `palette` and `paper` as for csv_to_plot.
+        """Return a plot by its name; `paper` as for csv_to_plot.
 
         Raises:
             SetcmasError: There is no such plot, or it does not apply to this run.
@@ -224,7 +224,7 @@ class Run(RunTables):
         return figure
 
     def animate(self, **look: Any) -> Any:
-        """Return a film; `kind`, `speed`, `palette`, `size` and `dpi` as for csv_to_plot."""
+        """Return a film; `kind`, `speed`, `size` and `dpi` as for csv_to_plot."""
         return tool(FILM)(self, **look)
 
     def to_dataframe(self) -> Any:

@@ -208,7 +208,7 @@ class Study:
     def plot(self, metric: str, by: str | None = None, **look: Any) -> Figure:
         """Return a plot of a metric over a varied name, by default the first.
 
-        `look` is `palette` and `paper` as for csv_to_plot.
+        `look` is `paper` as for csv_to_plot.
         """
         figure: Figure = tool(_FIGURE)(self, metric, by, **look)
         return figure

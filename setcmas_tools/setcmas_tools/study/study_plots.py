@@ -13,7 +13,6 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.palettes import PALETTES
 from setcmas_tools.measures.metric import words_and_unit
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.plot_options import PlotOptions
@@ -118,20 +117,14 @@ def _note(axes: Axes, study: Study, metric: str) -> None:
     )
 
 
-def figure(
-    study: Study,
-    metric: str,
-    by: str | None = None,
-    palette: str = PALETTES[0],
-    paper: str | None = None,
-) -> Figure:
+def figure(study: Study, metric: str, by: str | None = None, paper: str | None = None) -> Figure:
     """Return a plot of a study; as `Study.plot`."""
-    look = PlotOptions(palette=palette, paper=paper)
+    look = PlotOptions(paper=paper)
     name = by or next(iter(study.names), '')
     if name not in study.names:
         known = ', '.join(study.names) or 'nothing'
         raise SetcmasError(f"'{name}' is not varied in this study; must be one of {known}")
-    with plot_style(look.palette, look.paper):
+    with plot_style(look.paper):
         picture = Picture()
         draw_lines(picture, study, metric, name)
         finish(picture, study.title)
@@ -144,7 +137,7 @@ def plot(
     """Write plots of metrics, by default those of the task; return the files."""
     chosen = look or PlotOptions()
     drawn = (
-        (f'{metric}_{name}', figure(study, metric, name, chosen.palette, chosen.paper))
+        (f'{metric}_{name}', figure(study, metric, name, chosen.paper))
         for metric in metrics or _of_task(study)
         for name in study.names
     )

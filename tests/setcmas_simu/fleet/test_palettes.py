@@ -1,29 +1,11 @@
 import numpy as np
-import pytest
 
-from setcmas_simu.fleet.palettes import colour, palette, plot_colour, plot_hex
-
-
-@pytest.fixture
-def ros1():
-    token = palette.set('ros1')
-    yield
-    palette.reset(token)
+from setcmas_simu.fleet.palettes import colour, plot_colour, plot_hex
 
 
-def test_colours_of_the_ros_1_stack(ros1):
-    assert colour(1) == (1.0, 0.0, 0.0)
-    assert colour(4) == (1.0, 0.91, 0.31)
-    assert colour(5) == (1.0, 1.0, 1.0)
-    assert colour(9) == colour(50)
-    assert plot_colour(5) != (1.0, 1.0, 1.0)
-    assert plot_colour(6) == colour(6)
-    assert [plot_hex(robot) for robot in (1, 4, 5, 30)] == [
-        '#ff0000',
-        '#ffe84f',
-        '#c7c7c7',
-        '#808080',
-    ]
+def test_the_ninth_robot_has_the_colour_of_the_first_in_a_small_fleet():
+    assert colour(9) == colour(1) == plot_colour(9, 16)
+    assert plot_hex(9, 16) == '#0072b2'
 
 
 # G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE TVCG 15(6), 2009: deuteranopia.

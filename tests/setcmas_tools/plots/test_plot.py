@@ -116,8 +116,6 @@ def test_mistakes_get_one_line(tmp_path, run):
     folder = run(1)
     with pytest.raises(SetcmasError, match="format is 'gif'; it must be png, pdf or svg"):
         plot(folder, format=['gif'])
-    with pytest.raises(SetcmasError, match="palette is 'grey'; it must be okabe-ito or ros1"):
-        plot(folder, palette='grey')
     with pytest.raises(SetcmasError, match="paper is 'a4'; it must be column or page"):
         plot(folder, paper='a4')
     (tmp_path / 'taken').write_text('a file')

@@ -93,7 +93,7 @@ def test_robots_with_times_of_their_own():
 
 
 def test_plots_by_name(run):
-    figure = run.plot('trajectories', palette='ros1')
+    figure = run.plot('trajectories')
 
     assert figure.axes[0].get_title(loc='right') == 'law, 3 robots'
     assert figure._repr_png_().startswith(b'\x89PNG')
