@@ -17,9 +17,7 @@ from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.si_to_uni import Conversion
 from setcmas_ctrl.si_to_uni_node import RESTS_S, SiToUni
 from setcmas_ctrl.velocity_conversion import VelocityConversion
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
 from setcmas_simu.ros.parameters import NodeParameters
@@ -51,16 +49,9 @@ class SafetyFilterNode(FleetNode):
         """Filter the velocities of all robots of a fleet.
 
         Raises:
-            SetcmasError: The filter cannot guarantee safety for these robots, or some of them are
-                in another process.
+            SetcmasError: The filter cannot guarantee safety for these robots.
         """
         nb_robots = poses.poses.shape[1]
-        if len(robots) < nb_robots:
-            here = robots_in_words([robot.robot for robot in robots])
-            raise SetcmasError(
-                f'the safety filter needs all {nb_robots} robots of the fleet in one process, '
-                f'which has {here}: control the whole fleet here, or add --filter none'
-            )
         of_fleet = {'namespace': fleet.fleet_namespace or '/', 'context': fleet.context}
         super().__init__('safety_filter', True, **of_fleet, **of_other_nodes())
         self.parameters = NodeParameters(self, gains, ('vnom', 'komega'))

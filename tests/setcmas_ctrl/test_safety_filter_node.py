@@ -17,7 +17,6 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, GainOptions
 from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import SiToUni
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import IDEAL
 from setcmas_simu.ros.fleet_node import FleetNode
 
@@ -30,7 +29,7 @@ class Filtered:
     def __init__(self, peer, in_experiment=False):
         self.peer, self.stepped = peer, SteppedAlone(0.25)
         gains, options = GainOptions(rate=4.0), ControllerOptions(experiment=in_experiment)
-        self.controllers = fleet = peer.add(FleetNode('controllers', context=peer.context))
+        fleet = peer.add(FleetNode('controllers', context=peer.context))
         of_node = {'fleet': fleet, 'time': self.stepped.time, 'context': peer.context}
         self.robots = robots = [
             peer.add(SiToUni(i, gains, OPTIONS, options, IDEAL, **of_node)) for i in (1, 2)
@@ -74,13 +73,6 @@ class Filtered:
 @pytest.fixture
 def filtered(peer):
     return partial(Filtered, peer)
-
-
-def test_a_part_of_a_fleet_is_refused(filtered):
-    fleet = filtered()
-
-    with pytest.raises(SetcmasError, match=r'needs all 2 robots .* which has robot 1: control'):
-        SafetyFilterNode(fleet.controllers, fleet.robots[:1], OPTIONS, GainOptions(), fleet.poses)
 
 
 def test_velocities_of_robots_far_from_each_other_are_kept(filtered):

@@ -157,5 +157,5 @@ def test_failures_of_a_run_are_kept():
 
 @pytest.mark.parametrize('name', ['none', 'none.py'])
 def test_a_missing_script_is_refused(name):
-    with pytest.raises(SetcmasError, match=f"script '{name}' of --si-to-uni was not found"):
+    with pytest.raises(SetcmasError, match=f"script '{name}' of --si-to-uni not found"):
         simulate(Scenario.of('consensus', nb_robots=2, duration=1), si_to_uni=name)

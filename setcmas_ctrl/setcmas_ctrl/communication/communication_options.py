@@ -24,8 +24,8 @@ from setcmas_ctrl.communication.triggering_conditions import (
 )
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_ctrl.laws.script_function import file_of
-from setcmas_ctrl.laws.script_loader import CONDITIONS, EXERCISES, compile_script
-from setcmas_ctrl.laws.script_search import find_script_of, unfilled_note
+from setcmas_ctrl.laws.script_loader import CONDITIONS, compile_script
+from setcmas_ctrl.laws.script_search import find_script, unfilled_note
 from setcmas_simu.option_groups import ClashError, Options, flag, option
 from setcmas_simu.option_kinds import LENGTH, Number, OneOf, ScriptOrFunction
 
@@ -102,8 +102,8 @@ class CommunicationOptions(Options):
         """Return the same with the file that `ctc` names, or raise SetcmasError."""
         if not isinstance(self.ctc, (str, Path)):
             return self
-        groups = (*([EXERCISES] if exercise else []), CONDITIONS)
-        return replace(self, ctc=find_script_of('--ctc', str(self.ctc), CTC, *groups))
+        path = find_script(str(self.ctc), exercise, (CONDITIONS,), '--ctc', CTC)
+        return replace(self, ctc=path)
 
     @property
     def notes(self) -> list[str]:

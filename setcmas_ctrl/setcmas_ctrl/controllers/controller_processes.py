@@ -41,8 +41,9 @@ from setcmas_ctrl.laws.script_errors import StopCall
 from setcmas_ctrl.laws.script_output import named_output
 from setcmas_ctrl.laws.script_seeds import seeded_generators
 from setcmas_ctrl.si_to_uni_node import SiToUni
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import check_in_fleet
+from setcmas_simu.fleet.fleet import check_in_fleet, robots_in_words
 from setcmas_simu.robot_node import RobotNode, run_steps
 from setcmas_simu.robots.model import IDEAL
 from setcmas_simu.ros.clocks import SteadyClock
@@ -217,6 +218,11 @@ def prepared_fleet(
         SetcmasError: A script does not load, or options contradict each other.
         StopCall: The process was asked to stop meanwhile.
     """
+    if safety.is_on and options.robots:
+        raise SetcmasError(
+            'the safety filter needs all robots of the fleet in one process, not only '
+            f'{robots_in_words([*options.robots])}: control the whole fleet, or add --filter none'
+        )
     process.requests = RequestWait([node])
     law = parameters.options
     found = None if law.is_external else law.scripts()  # a missing script does not wait for robots

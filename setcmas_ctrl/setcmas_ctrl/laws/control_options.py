@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from setcmas_ctrl.laws.script_loader import EXERCISES, compile_script
-from setcmas_ctrl.laws.script_search import LawScripts, find_script_of
+from setcmas_ctrl.laws.script_loader import compile_script
+from setcmas_ctrl.laws.script_search import LawScripts, find_script
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu import option_kinds as kinds
@@ -157,9 +157,7 @@ class LawOptions(GainOptions):
         """Return `si_to_uni` with the path of a script, or raise SetcmasError."""
         if not isinstance(self.si_to_uni, (str, Path)):
             return self.si_to_uni
-        name = str(self.si_to_uni)
-        groups = [EXERCISES] if self.exercise else []
-        return find_script_of('--si-to-uni', name, SI_TO_UNI, *groups)
+        return find_script(str(self.si_to_uni), self.exercise, (), '--si-to-uni', SI_TO_UNI)
 
     def check_conversion(self) -> None:
         """Raise SetcmasError if the script of `si_to_uni` cannot be compiled."""

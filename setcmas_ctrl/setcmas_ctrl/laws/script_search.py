@@ -11,6 +11,7 @@ import contextlib
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
+from setcmas_ctrl.laws.script_function import CONTROL
 from setcmas_ctrl.laws.script_loader import (
     ALGORITHMS,
     EXERCISES,
@@ -34,51 +35,39 @@ from setcmas_simu.script_calls import Function
 _MOST_NAMES = 10
 
 
-def find_script(name: str, exercise: bool = False) -> Path:
-    """Return the script for `--algo NAME`, or raise SetcmasError with similar names.
+def find_script(
+    name: str,
+    exercise: bool = False,
+    groups: Sequence[ScriptGroup] = (ALGORITHMS,),
+    option: str = '--algo',
+    form: str = CONTROL,
+) -> Path:
+    """Return the script that an option names, or raise SetcmasError with similar names.
 
     In this order: a path to a file; NAME.py in the current folder; with `exercise`, an exercise;
-    a control law, built in or of a plugin.
+    a script of one of the groups, built in or of a plugin. The form is that of the function that
+    it must define.
     """
     if path := _named_file(name):
         if path.suffix == '.ipynb':
             raise SetcmasError(
                 f"'{path.name}' is a notebook; start its cell with "
-                f'`%%writefile {path.stem}.py` and use --algo {path.stem}.py'
+                f'`%%writefile {path.stem}.py` and use {option} {path.stem}.py'
             )
         return path
-    groups = {'exercises': EXERCISES} if exercise else {}
-    groups['control laws'] = ALGORITHMS
-    for group in groups.values():
+    groups = (EXERCISES, *groups) if exercise else groups
+    for group in groups:
         if name in group:
             return group.file(name)
-    names = {title: list(group.plugins()) for title, group in groups.items()}
-    names['in this folder'] = [
-        path.stem for path in scripts_in(Path.cwd()) if summary_of(path) is not None
+    function = form.partition('(')[0]
+    names = {f'{group.kind}s': list(group.plugins()) for group in groups}
+    names[f'in this folder with a function {function}'] = [
+        path.stem for path in scripts_in(Path.cwd()) if summary_of(path, {function}) is not None
     ]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
     lists = '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
     hint = did_you_mean(Path(name).stem, known, 3)
-    raise SetcmasError(f"control script '{name}' not found; {lists}{hint}")
-
-
-def find_script_of(option: str, name: str, function: str, *groups: ScriptGroup) -> Path:
-    """Return the script that another option than `--algo` names, or raise SetcmasError.
-
-    In this order: a path to a file; NAME.py in the current folder; a script of one of the groups.
-    The function that it must define is for the message.
-    """
-    if path := _named_file(name):
-        return path
-    for group in groups:
-        if name in group:
-            return group.file(name)
-    known = [one for group in groups for one in group.plugins()]
-    others = f', or one of {", ".join(known)}{did_you_mean(name, known)}' if known else ''
-    raise SetcmasError(
-        f"script '{name}' of {option} was not found; it must be a path, or the name of a script "
-        f'in this folder with a function {function}{others}'
-    )
+    raise SetcmasError(f"script '{name}' of {option} not found; {lists}{hint}")
 
 
 def _named_file(name: str) -> Path | None:
@@ -105,15 +94,14 @@ _LISTED = {'control', 'ctc', 'si_to_uni'}
 """A listed script defines one of these: a law, a triggering condition, or a conversion."""
 
 
-def summary_of(path: Path) -> str | None:
-    """Return the first line of a script's docstring; None if it is no control script."""
+def summary_of(path: Path, functions: Collection[str] = _LISTED) -> str | None:
+    """Return the first line of a script's docstring; None if it defines none of the functions."""
     try:
         tree = parsed(path)
     except SetcmasError as error:
         message, *_ = str(error).splitlines()
         return f'(cannot be read: {message})'
-    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if not functions & _LISTED:
+    if not any(isinstance(node, ast.FunctionDef) and node.name in functions for node in tree.body):
         return None
     return (ast.get_docstring(tree) or '').partition('\n')[0]
 

@@ -78,7 +78,7 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
     check_communication(arguments, 2)
 
     assert chosen_communication(2, arguments).event_triggered
-    with pytest.raises(SetcmasError, match="script 'ctc' of --ctc was not found"):
+    with pytest.raises(SetcmasError, match="script 'ctc' of --ctc not found"):
         check_communication(parsed('--event-triggered', '--ctc', 'ctc'), 2)
 
 
@@ -89,7 +89,7 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
             ['--graph', 'rong'],
             r"unknown graph 'rong'; it must be complete, ring.*did you mean ring\?",
         ),
-        (['--event-triggered', '--ctc', 'x.py'], "script 'x.py' of --ctc was not found"),
+        (['--event-triggered', '--ctc', 'x.py'], "script 'x.py' of --ctc not found"),
         (['--own-state', 'exact'], '--own-state needs --event-triggered; add it'),
         (
             ['--event-triggered', '--ctc', 'law.py'],

@@ -224,7 +224,7 @@ def test_the_sender_of_a_robots_states_works_alone(start, start_alone, peer):
 @pytest.mark.parametrize(
     ('name', 'parameters', 'message'),
     [
-        ('controller', ('algo:=nothing', 'nb_robots:=1'), "control script 'nothing' not found"),
+        ('controller', ('algo:=nothing', 'nb_robots:=1'), "script 'nothing' of --algo not found"),
         (
             'controller',
             ('robot_no:=3', 'nb_robots:=2'),
@@ -234,7 +234,7 @@ def test_the_sender_of_a_robots_states_works_alone(start, start_alone, peer):
         ('si_to_uni', ('komega:=fast',), "parameter komega is 'fast'; it must be a number"),
         ('si_to_uni', ('cmd_timeout:=soon',), "parameter cmd_timeout is 'soon'; it must be"),
         ('event_triggered_comm', ('robot_no:=0',), 'parameter robot_no is 0; it must be'),
-        ('event_triggered_comm', ('ctc:=never',), "script 'never' of --ctc was not found"),
+        ('event_triggered_comm', ('ctc:=never',), "script 'never' of --ctc not found"),
     ],
 )
 def test_mistakes_in_parameters_are_one_line(start_alone, name, parameters, message):
@@ -243,3 +243,10 @@ def test_mistakes_in_parameters_are_one_line(start_alone, name, parameters, mess
     assert process.wait() == 2
     assert message in process.output()
     assert len(process.output().strip().splitlines()) == 1
+
+
+def test_the_filter_is_refused_for_a_part_of_a_fleet_before_there_is_one(start):
+    process = start(*CTRL, '--algo', 'nav_wp', '--robots', '1-2', '--filter', 'barrier')
+
+    assert process.wait() == 2
+    assert 'needs all robots of the fleet in one process, not only robots 1-2' in process.output()

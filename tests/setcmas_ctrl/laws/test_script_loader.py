@@ -49,9 +49,9 @@ def test_a_script_in_the_current_folder_goes_before_a_built_in_and_a_path_before
 
 def test_a_missing_script_is_reported_with_the_nearest_names(folder):
     script(folder, CONTROL, 'my_law.py')
-    script(folder, 'NAME = 1', 'my_lave.py')  # no law: not offered
+    script(folder, 'def ctc(pos, last_pos, t):\n    return True', 'my_lave.py')  # not offered
 
-    with pytest.raises(SetcmasError, match=r"'my_lav' not found; .*; did you mean my_law\?") as e:
+    with pytest.raises(SetcmasError, match=r"'my_lav' of --algo .*; did you mean my_law\?") as e:
         find_script('my_lav')
     assert 'consensus' in str(e.value)
     assert '\n' not in str(e.value)

@@ -54,7 +54,7 @@ def test_a_file_whose_name_begins_as_robots_do_is_meant_by_its_folder(folder):
     [
         ('1:leader.py', {}, r"--algo '1:leader\.py' has no control law for robots 2-3; add it"),
         ('1-3:leader.py,4:follower.py', {}, '--algo names robot 4; the fleet has robots 1 to 3'),
-        ('1:leader.py,2-3:none.py', {}, r"control script 'none\.py' not found"),
+        ('1:leader.py,2-3:none.py', {}, r"script 'none\.py' of --algo not found"),
         ('1:leader.py,1-3:follower.py', {}, 'names robot 1 twice'),
         (
             '1:leader.py,2-3:follower.py',
