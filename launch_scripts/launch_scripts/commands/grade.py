@@ -24,7 +24,6 @@ from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_simu.limited_file import write_together
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import DURATION, Number, Whole
-from setcmas_tools.study.study_options import cores
 
 if TYPE_CHECKING:
     from setcmas_tools.grade.rubric import Rubric
@@ -40,8 +39,8 @@ class GradeOptions(Options):
 
     TITLE: ClassVar[str] = 'grading'
 
-    jobs: int = option(
-        Whole(1), 'submissions graded at once', default=cores(), default_text='the number of cores'
+    jobs: int | None = option(
+        Whole(1), 'submissions graded at once', default=None, default_text='the number of cores'
     )
     trust: bool = flag(
         'run submissions without the sandbox: they can then do whatever you can; needed on '

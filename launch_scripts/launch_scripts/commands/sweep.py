@@ -15,7 +15,8 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from launch_scripts.command_scenario import (
     add_scenario_arguments,
@@ -25,9 +26,37 @@ from launch_scripts.command_scenario import (
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import Form, Options, option
+from setcmas_simu.option_kinds import DURATION, Kind, Whole
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.run.run_folder import STUDY_TABLE, RunOptions
-from setcmas_tools.study.study_options import SweepOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions(Options):
+    """Varied values of a study, its metrics and its workers."""
+
+    TITLE: ClassVar[str] = 'study'
+
+    vary: tuple[str, ...] = option(
+        Kind(metavar='NAME=VALUES'),
+        'vary an option or a variable of the script: a list (loss=0,0.2,0.4), a range '
+        'FIRST:LAST:COUNT (K=0.2:2:10) or log:FIRST:LAST:COUNT; repeat it to run all '
+        'combinations',
+        form=Form.REPEATED,
+        default=(),
+    )
+    seeds: int = option(Whole(1), 'seeds per case, starting at --seed', default=1)
+    metric: tuple[str, ...] = option(
+        Kind(metavar='COLUMN'),
+        'metric to plot, such as disagreement (see setcmas list); may be repeated',
+        form=Form.REPEATED,
+        default=(),
+    )
+    jobs: int | None = option(
+        Whole(1), 'simultaneous runs', default=None, default_text='the number of cores'
+    )
+    timeout: float = option(DURATION, 'time limit of a run', default=60.0)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +79,7 @@ def main(args: argparse.Namespace) -> int:
     plan = make_plan(scenario, map(_named, options.vary), options.seeds)
     folder = output_folder(args, scenario.found())
     try:
-        study = carry_out(plan, folder, options, args.overwrite)
+        study = carry_out(plan, folder, options.jobs, options.timeout, args.overwrite)
     except KeyboardInterrupt:
         has_runs = (folder / STUDY_TABLE).is_file()
         done = f"'{folder}' has the runs" if has_runs else 'there are no runs'

@@ -38,7 +38,9 @@ _READ_S = 60.0
 _MOST_READ = 1 << 26  # bytes of an unpacked submission, with its fingerprint
 
 
-def read_class(place: Path, rubric: Rubric, jobs: int, is_confined: bool) -> list[Submission]:
+def read_class(
+    place: Path, rubric: Rubric, jobs: int | None, is_confined: bool
+) -> list[Submission]:
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
     Each is unpacked in the sandbox.
@@ -156,7 +158,7 @@ def grade(
     submissions: Sequence[Submission],
     grader: Grader,
     folder: Path,
-    jobs: int = 1,
+    jobs: int | None = 1,
 ) -> list[Marks]:
     """Grade submissions that are not graded yet; return the marks of all.
 
@@ -187,13 +189,13 @@ def grade(
 
 
 def _graded(
-    submissions: Sequence[Submission], grader: Grader, jobs: int
+    submissions: Sequence[Submission], grader: Grader, jobs: int | None
 ) -> Iterator[tuple[Submission, Marks | None]]:
     """Yield what `Grader.tried` returns, from several processes."""
     with needs('grade'):
         import joblib
     parallel = joblib.Parallel(
-        jobs, return_as='generator_unordered', initializer=end_with_parent, initargs=(True,)
+        jobs or -1, return_as='generator_unordered', initializer=end_with_parent, initargs=(True,)
     )
     try:
         yield from parallel(joblib.delayed(grader.tried)(one) for one in submissions)

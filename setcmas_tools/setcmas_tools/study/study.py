@@ -18,6 +18,7 @@ from tqdm import tqdm
 from setcmas_ctrl.laws.control_options import Algo
 from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_simu.limited_file import written_whole
+from setcmas_simu.option_kinds import DURATION, Whole
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.offline.script_process import UNGUARDED, StartError
@@ -26,7 +27,6 @@ from setcmas_tools.run.run_folder import STUDY_TABLE, RunFolder, inputs_of, kept
 from setcmas_tools.run.run_info import INFO_FILE, RunInfo
 from setcmas_tools.run.scenario import Scenario, name_of
 from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
-from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import (
     SEED,
     Plan,
@@ -75,8 +75,9 @@ def sweep(
     """
     if multiprocessing.parent_process():  # a script without that line, as a worker imports it
         raise StartError(UNGUARDED)
-    own = {name: options.pop(name) for name in ('jobs', 'timeout') if name in options}
-    chosen = SweepOptions(seeds=seeds, **own)
+    jobs, timeout = options.pop('jobs', None), options.pop('timeout', 60.0)
+    Whole(1).check('seeds', seeds)
+    DURATION.check('timeout', timeout)
     sizes = {'nb_robots': nb_robots, 'duration': duration}
     options |= {name: value for name, value in sizes.items() if value is not None}
     if isinstance(scenario, Scenario):
@@ -84,11 +85,15 @@ def sweep(
     else:
         base = Scenario.of(scenario, **options)
     plan = make_plan(base, (vary or {}).items(), seeds, metrics)
-    return carry_out(plan, Path(output) if output else None, chosen)
+    return carry_out(plan, Path(output) if output else None, jobs, timeout)
 
 
 def carry_out(
-    plan: Plan, folder: Path | None, options: SweepOptions, overwrite: bool = False
+    plan: Plan,
+    folder: Path | None,
+    jobs: int | None,
+    timeout: float,
+    overwrite: bool = False,
 ) -> Study:
     """Make the runs of a study in a folder, or raise SetcmasError.
 
@@ -104,7 +109,7 @@ def carry_out(
     with file_errors(f"study '{place}' cannot be written"):
         rows: dict[int, Row] = {}
         try:
-            for row in tqdm(made_rows(plan, options), 'runs', len(plan.runs), disable=None):
+            for row in tqdm(made_rows(plan, jobs, timeout), 'runs', len(plan.runs), disable=None):
                 rows[row['run']] = row
         finally:
             if rows:

@@ -18,7 +18,6 @@ from setcmas_tools.offline.script_process import ScriptEndedError, ScriptProcess
 from setcmas_tools.run.run_info import RunState
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.study.study_columns import numbers_of
-from setcmas_tools.study.study_options import SweepOptions
 from setcmas_tools.study.study_plan import Plan
 
 _LONGEST_MESSAGE = 300
@@ -29,8 +28,10 @@ Row = dict[str, Any]
 """A row by column: 'run', its outcome, and its metrics."""
 
 
-def made_rows(plan: Plan, options: SweepOptions) -> Iterator[Row]:
+def made_rows(plan: Plan, jobs: int | None, timeout: float) -> Iterator[Row]:
     """Make the runs of a study, and yield their rows as they finish, or raise SetcmasError.
+
+    `jobs` run at a time, by default as many as there are cores, each for `timeout` s at most.
 
     A thread controls the process of each run: joblib's own processes could not be ended
     individually when a script hangs, and one that dies would end all. Within
@@ -39,9 +40,9 @@ def made_rows(plan: Plan, options: SweepOptions) -> Iterator[Row]:
     with needs('study'):
         import joblib
 
-    parallel = joblib.Parallel(options.jobs, prefer='threads', return_as='generator_unordered')
+    parallel = joblib.Parallel(jobs or -1, prefer='threads', return_as='generator_unordered')
     yield from parallel(
-        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, options.timeout)
+        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, timeout)
         for run in range(1, len(plan.runs) + 1)
     )
 
