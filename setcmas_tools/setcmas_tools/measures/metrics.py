@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 import yaml
 
-from setcmas_ctrl.law_predictions import Departure
 from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.limited_file import written_whole
 from setcmas_simu.plugins import InvalidPluginError
 from setcmas_tools.measures.agreement import have_met
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
-from setcmas_tools.measures.predicted_metrics import Comparison, compared
+from setcmas_tools.measures.predicted_metrics import Comparison, Departure, compared
 from setcmas_tools.measures.robot_metrics import largest_speed
 from setcmas_tools.run.run import Run
 
@@ -65,8 +64,8 @@ def meeting(parts: Mapping[str, Measured]) -> str:
     if rate is None:
         return f'{text}.'
     text += f'. Rate {rate:.3g} 1/s'
-    if isinstance(theory, Comparison) and _RATE in theory:
-        expected, limit = theory[_RATE].predicted, theory.departures.get(Departure.SPEED_LIMIT)
+    if isinstance(theory, Comparison) and (figure := theory.figure(_RATE)):
+        expected, limit = figure.predicted, theory.departures.get(Departure.SPEED_LIMIT)
         text += f', theory {expected:.3g}'
         if limit and expected and abs(rate / expected - 1.0) > _RATES_DIFFER:
             text += f' (the speed limit was {limit})'

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_ctrl import law_predictions
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
 from setcmas_tools import Run, simulate
+from setcmas_tools.measures import predicted_metrics
 from setcmas_tools.measures.metrics import as_dict, theory_lines
+from setcmas_tools.measures.predicted_metrics import Conditions, linear_law
 
 THEORY = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 25.0}
 RATE = 'consensus.convergence_rate_1_s'
@@ -27,9 +28,9 @@ def test_robots_of_the_theory_meet_as_fast_and_where_the_law_predicts(graph, nb_
     assert theorem.formula == f'{name} of K inv(I + D) L'
     assert sampled.measured == pytest.approx(sampled.predicted, rel=0.07)  # faster modes add
     for name in ('x', 'y'):
-        centre = found[f'consensus.final_centre_{name}_m']
+        centre = found.figure(f'consensus.final_centre_{name}_m')
         assert centre.measured == pytest.approx(centre.predicted, abs=0.01)
-    assert {note.partition(' (from')[0] for note in found.differs} <= {'robots at rest'}
+    assert {note.partition(' (from')[0] for note in found['left_out']} <= {'robots at rest'}
 
 
 def test_what_the_theory_leaves_out_is_said():
@@ -56,13 +57,25 @@ def test_laws_without_theory_have_no_prediction(law, options):
     assert 'prediction' not in simulate(law, 4, 3.0, **options).metrics()
 
 
-def test_calls_enlarge_the_circle_of_cyclic_pursuit_as_predicted():
-    options = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 5.0, 'set': {'SLOW': 0.0}}
-    run = simulate('cyclic_pursuit', 5, 300.0, **options)
-    from_centre = run.poses[-1, :2] - run.poses[-1, :2].mean(axis=1)[:, None]
-    radius = run.metrics()['prediction']['circle.radius_at_end_m'].predicted
+@pytest.mark.parametrize(
+    ('K', 'rate', 'formulas'),
+    [
+        (0.0625, 0.527, ['lambda_2 of K L', 'sampled model, h = 0.2 s: -ln(rho)/h']),
+        (1.2, 0.417, ['sampled model, h = 0.2 s: -ln(rho)/h']),  # calls are too rare for 9.6 1/s
+    ],
+)
+def test_the_slowest_mode_is_that_of_the_calls(K, rate, formulas):
+    given = Conditions(np.zeros((3, 8)), 1.0 - np.eye(8), period=0.2)
+    rates = [one for one in linear_law(given, K * given.laplacian, 'K L') if one.metric == RATE]
 
-    np.testing.assert_allclose(np.hypot(*from_centre), radius, rtol=1e-3)
+    assert rates[-1].predicted == pytest.approx(rate, abs=1e-3)  # -ln |1 - 0.2 * 8 K| / 0.2
+    assert [one.formula for one in rates] == formulas
+
+
+def test_a_graph_in_two_parts_has_no_slowest_mode():
+    two = Conditions(np.zeros((3, 6)), np.kron(np.eye(2), 1.0 - np.eye(3)), period=0.2)
+
+    assert linear_law(two, 0.2 * two.laplacian, 'K L') == []
 
 
 def test_robots_start_where_they_were_at_the_first_command():
@@ -70,7 +83,7 @@ def test_robots_start_where_they_were_at_the_first_command():
     earlier = replace(run.table, t=run.table.t - 0.03)  # as over ROS: none is of t = 0
     figures = replace(run, table=earlier).metrics()['prediction']
 
-    assert figures['consensus.final_centre_x_m'].predicted == pytest.approx(0.0, abs=1e-9)
+    assert figures.figure('consensus.final_centre_x_m').predicted == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize('options', [{'delay': 0.3}, {'set': {'DELAY': 0.4}}])
@@ -84,7 +97,7 @@ def test_robots_that_have_met_do_not_rest_because_of_a_dead_band():
     exact = THEORY | {'vnom': 0.5, 'set': {'K': 12.5, 'SLOW': 0.0}}  # they meet at the first call
     run = simulate('laplacian_consensus', poses=[[0, 0.01], [0, 0], [0, 0]], nb_robots=2, **exact)
 
-    assert run.metrics()['prediction'].differs == ['robots at rest (from 0.0 s)']
+    assert run.metrics()['prediction']['left_out'] == ['robots at rest (from 0.0 s)']
 
 
 def test_a_stored_copy_of_a_law_predicts_and_a_changed_one_does_not(tmp_path):
@@ -99,7 +112,7 @@ def test_a_stored_copy_of_a_law_predicts_and_a_changed_one_does_not(tmp_path):
 
 def test_predicted_values_are_written():
     metrics = simulate('laplacian_consensus', 4, 5.0).metrics()
-    figure = metrics['prediction'][RATE]
+    figure = metrics['prediction'].figure(RATE)
 
     assert as_dict(metrics)['prediction']['consensus_convergence_rate_1_s'] == pytest.approx(
         figure.predicted, rel=1e-5
@@ -109,7 +122,7 @@ def test_predicted_values_are_written():
 
 
 def test_a_prediction_that_fails_is_reported(monkeypatch, capsys):
-    monkeypatch.setitem(law_predictions.PREDICTIONS, 'consensus', lambda law, _: law.missing)
+    monkeypatch.setitem(predicted_metrics.PREDICTIONS, 'consensus', lambda law, _: law.missing)
 
     assert 'prediction' not in simulate('consensus', 3, 5.0).metrics()
     assert 'prediction failed: AttributeError: ' in capsys.readouterr().out
