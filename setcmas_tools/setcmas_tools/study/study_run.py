@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError, needs
-from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.measures.metric import Metric
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.offline.offline_simulation import checked_steps, silent, simulate
@@ -77,7 +76,7 @@ def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], **_: object
     with silent():
         run = simulate(scenario, warn=messages.append)
         numbers = numbers_of(measure(run, messages.append, metrics))
-    robots = format_robots(run.failed_robots)
+    robots = ','.join(map(str, run.failed_robots))
     return _row(number, run.outcome.state, robots, ''.join(messages[:1])) | numbers
 
 
