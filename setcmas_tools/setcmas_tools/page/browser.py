@@ -53,10 +53,9 @@ class BrowserOptions(Options):
     read_only: bool = flag('no buttons that start, pause, stop or reset robots')
 
     @property
-    def needs_token(self) -> bool:
-        """Whether only people with the whole address, and its token, may open the page."""
-        is_local = self.host in ('127.0.0.1', 'localhost', '::1')
-        return not (is_local or self.read_only)
+    def is_local(self) -> bool:
+        """Whether only this machine can open the page."""
+        return self.host in ('127.0.0.1', 'localhost', '::1')
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:

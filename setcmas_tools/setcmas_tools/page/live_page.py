@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import queue
+import asyncio
 import sys
 import time
 
@@ -13,7 +13,7 @@ from setcmas_tools.page.browser import BrowserOptions, Opener
 from setcmas_tools.page.document import document, element, page_content, template
 from setcmas_tools.page.live_run import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LiveTopics
-from setcmas_tools.page.server import PageServer, announce
+from setcmas_tools.page.server import Button, PageServer
 
 _LEAST_S, _LONGEST_S = 0.07, 0.1
 """Between two pictures of a page that is open: as often as robots publish their poses."""
@@ -25,59 +25,61 @@ _LOOK_S = 1.0
 class LivePage:
     """Reads topics, and sends the changes to the browsers that show the page."""
 
-    def __init__(self, process: RosProcess, server: PageServer, has_buttons: bool) -> None:
-        """Subscribe; `has_buttons` tells whether buttons of the page command the robots."""
-        self._process, self._server = process, server
+    def __init__(self, process: RosProcess, options: BrowserOptions) -> None:
+        """Subscribe, and find a port for the page.
+
+        Raises:
+            SetcmasError: The page cannot be served there.
+        """
+        self._process = process
         node = FleetNode('browser_view')
         self._run = LiveRun(time.monotonic())
         self._topics = LiveTopics(node, self._run)
         process.add(node)
-        self._commands = FleetCommands(node) if has_buttons else None
+        self._commands = None if options.read_only else FleetCommands(node)
+        self._server = PageServer(
+            live_page(has_buttons=not options.read_only),
+            options,
+            lambda: self._run.whole(time.monotonic()),
+            self._obey if self._commands else None,
+        )
 
-    def run(self) -> None:
+    async def run(self) -> None:
         """Send messages until a signal ends the process."""
         next_look = 0.0
-        opener = Opener(self._server.url)
-        self._process.launcher.report_ready()
-        while not self._process.stopping:
-            now = time.monotonic()
-            if now >= next_look:
-                next_look = now + _LOOK_S
-                self._look()
-            is_shown = self._server.has_viewers()
-            opener.look(is_shown)
-            self._obey()
-            self._topics.take(now)
-            self._server.send(self._run.messages(now))
-            self._wait(now, is_shown)
+        async with self._server.serving():
+            opener = Opener(self._server.url)
+            self._process.launcher.report_ready()
+            while not self._process.stopping:
+                now = time.monotonic()
+                if now >= next_look:
+                    next_look = now + _LOOK_S
+                    self._look()
+                opener.look(self._server.has_viewers)
+                self._topics.take(now)
+                self._server.send(self._run.changes(now))
+                await self._wait(now)
 
-    def _wait(self, now: float, is_shown: bool) -> None:
+    async def _wait(self, now: float) -> None:
         """Wait until robots publish again, or longer where no browser shows the page."""
-        if not is_shown:
-            until = now + _IDLE_S
-            while time.monotonic() < until and not self._server.has_viewers():
-                time.sleep(0.05)
-            return
-        time.sleep(max(0.0, now + _LEAST_S - time.monotonic()))
-        self._topics.wait(_LONGEST_S - _LEAST_S)
-        time.sleep(_SETTLE_S)  # the rest of the fleet
+        if self._server.has_viewers:
+            await asyncio.sleep(now + _LEAST_S - time.monotonic())
+            self._topics.wait(_LONGEST_S - _LEAST_S)
+            await asyncio.sleep(_SETTLE_S)  # the rest of the fleet
+        else:
+            await asyncio.sleep(_IDLE_S)
 
     def _look(self) -> None:
         self._topics.look()
         self._process.serve(0.0)
-        if self._commands and self._server.has_viewers():
+        if self._commands and self._server.has_viewers:
             self._commands.prepare()
         # The pause node of an experiment repeats its state itself.
         if self._commands and not self._run.real:
             self._commands.follow_subscribers(self._run.states.requested)
 
-    def _obey(self) -> None:
-        while self._commands:
-            try:
-                button = self._server.pressed.get_nowait()
-            except queue.Empty:
-                return
-            self._commands.prepare()
+    def _obey(self, button: Button) -> None:
+        if self._commands:
             self._commands.obey(button, self._run.real)
 
 
@@ -100,20 +102,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _show(process: RosProcess, args: argparse.Namespace) -> None:
     options = BrowserOptions.of(args)
-    has_buttons = not options.read_only
-    server = PageServer(
-        live_page(has_buttons),
-        options.host,
-        options.port,
-        is_live=True,
-        has_buttons=has_buttons,
-        needs_token=options.needs_token,
-    )
-    try:
-        announce(server, options)
-        LivePage(process, server, has_buttons).run()
-    finally:
-        server.stop()
+    asyncio.run(LivePage(process, options).run())
 
 
 if __name__ == '__main__':

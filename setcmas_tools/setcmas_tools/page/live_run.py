@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +22,8 @@ LOST_S = 1.5
 """Silence in s from which a robot counts as lost."""
 FORGOTTEN_S = 30.0
 """Silence in s from which a robot is not shown any more."""
+MOST_FRAMES = 1200
+"""Poses of two minutes, for pages that are opened later."""
 OK, WARN, ERROR = 0, 1, 2
 """Levels, as of diagnostic_msgs/DiagnosticStatus."""
 CHARTS = (('Disagreement', 'm'), ('Least separation', 'm'), ('Mean speed', 'm/s'))
@@ -55,6 +58,19 @@ class RobotDiagnosis:
     state: str
     reason: str
     time: float
+
+
+class _Items:
+    """Values by key, and their changes that pages have not been sent; None is no value."""
+
+    def __init__(self, values: Mapping[Any, Any] | None = None) -> None:
+        known = {key: value for key, value in (values or {}).items() if value is not None}
+        self.values, self.changes = known, dict(known)
+
+    def put(self, key: Any, value: Any) -> None:
+        """Note a value."""
+        if self.values.get(key) != value:
+            self.values[key] = self.changes[key] = value
 
 
 class PauseStates:
@@ -157,7 +173,7 @@ class LiveRun:
         self.announced: list[int] = []
         self.models: dict[int, str] = {}
         self.real = self.ended = False
-        self._shapes: dict[str, Shape] = {}
+        self._items = {'shapes': _Items()}
         self.begin()
 
     def begin(self) -> None:
@@ -168,13 +184,16 @@ class LiveRun:
         self._put: set[int] = set()
         self._fresh = False
         self._sent: set[int] = set()
-        self._links: dict[str, float] = {}
-        self._changed_links: dict[str, float | None] = {}
-        self._changed_shapes: dict[str, Shape | None] = {**self._shapes}
+        self._items = {
+            'looks': _Items(),
+            'states': _Items(),
+            'links': _Items(),
+            'shapes': _Items(self._items['shapes'].values),
+        }
+        self._frames: deque[Message] = deque(maxlen=MOST_FRAMES)
+        self._looks: dict[int, tuple[str, int]] = {}
         self._begins = True
-        self._reported_looks: dict[int, tuple[str, int]] = {}
-        self._reported_states: dict[int, tuple[str, str, str]] = {}
-        self._reported_status: Message = {}
+        self._status: Message = {}
 
     @property
     def robots(self) -> list[int]:
@@ -216,52 +235,54 @@ class LiveRun:
         known = np.nan_to_num(weights) * (1 - np.eye(len(weights)))
         pairs = np.argwhere(known > 0).tolist()
         links = {f'{i + 1} {j + 1}': round(float(known[i, j]), 4) for i, j in pairs}
-        for pair, weight in self._links.items():
+        for pair in [*links.keys(), *(self._items['links'].values.keys() - links.keys())]:
             receiver, sender = map(int, pair.split())
-            if receiver in unknown and sender <= len(weights):
-                links[pair] = weight
-        for pair in self._links.keys() | links.keys():
-            if links.get(pair) != self._links.get(pair):
-                self._changed_links[pair] = links.get(pair)
-        self._links = links
+            if receiver not in unknown or sender > len(weights):
+                self._items['links'].put(pair, links.get(pair))
 
     def draw(self, topic: str, key: str, shape: Shape) -> None:
         """Note a shape, in place of that with the same topic and key."""
-        name = f'{topic}\0{key}'
-        if shape != self._shapes.get(name):
-            self._shapes[name] = self._changed_shapes[name] = shape
+        self._items['shapes'].put(f'{topic}\0{key}', shape)
 
     def erase(self, topic: str) -> None:
         """Forget the shapes of a topic."""
-        for name in [name for name in self._shapes if name.startswith(f'{topic}\0')]:
-            del self._shapes[name]
-            self._changed_shapes[name] = None
+        shapes = self._items['shapes']
+        for name in [name for name in shapes.values if name.startswith(f'{topic}\0')]:
+            shapes.put(name, None)
 
-    def messages(self, now: float) -> list[Message]:
-        """Return the changes since the last call, for a page at a time in s."""
+    def changes(self, now: float) -> list[Message]:
+        """Return the messages that bring pages up to date since the last call, at a time in s."""
         if not self.ended:
             seen = self._seen.items()
             self._seen = {r: one for r, one in seen if now - one.time <= FORGOTTEN_S}
         t = self._t(now)
-        changed = {
-            'looks': self._looks(),
-            'states': self._states(now),
-            'links': [*self._changed_links.items()],
-            'shapes': [*self._changed_shapes.items()],
-        }
-        self._changed_links, self._changed_shapes = {}, {}
+        self._look()
+        self._describe_robots(now)
         found: list[Message] = [{'kind': 'begin'}] if self._begins else []
-        found += [
-            {'kind': kind, 't': t, 'items': items} for kind, items in changed.items() if items
-        ]
-        found += self._frame(now)
+        for kind, items in self._items.items():
+            if items.changes:
+                found.append({'kind': kind, 't': t, 'items': [*items.changes.items()]})
+                items.changes = {}
+        if self._fresh:
+            self._frames.append(self._frame(now))
+            found.append(self._frames[-1])
         if self._sent:
             found.append({'kind': 'sent', 't': t, 'numbers': sorted(self._sent)})
-        status = self._status(now)
-        if status != self._reported_status:
+        status = self._described(now)
+        if status != self._status:
             found.append(status)
-        self._begins, self._sent, self._reported_status = False, set(), status
+        self._begins, self._fresh, self._sent, self._status = False, False, set(), status
         return [*found, {'kind': 'now', 't': t}]
+
+    def whole(self, now: float) -> list[Message]:
+        """Return the messages that show a new page the run, at a time in s."""
+        t = self._frames[0]['t'] if self._frames else self._t(now)
+        items = [
+            {'kind': kind, 't': t, 'items': [pair for pair in own.values.items() if pair[1]]}
+            for kind, own in self._items.items()
+        ]
+        begin, end = {'kind': 'begin'}, {'kind': 'now', 't': self._t(now)}
+        return [self._described(now), begin, *items, *self._frames, end]
 
     def _t(self, now: float) -> float:
         return round(now - self._t0, 3)
@@ -270,50 +291,43 @@ class LiveRun:
         limit = math.inf if self.ended else LOST_S
         return np.array([now - self._seen[robot].time > limit for robot in robots], bool)
 
-    def _looks(self) -> list[tuple[int, dict[str, Any]]]:
+    def _look(self) -> None:
         robots = self.robots
-        models = {robot: (self.models.get(robot, UNICYCLE), len(robots)) for robot in robots}
-        fresh = {r: own for r, own in models.items() if self._reported_looks.get(r) != own}
-        self._reported_looks |= fresh
-        return [(robot, look_entry(robot, *own)) for robot, own in fresh.items()]
+        for robot in robots:
+            look = self.models.get(robot, UNICYCLE), len(robots)
+            if self._looks.get(robot) != look:
+                self._looks[robot] = look
+                self._items['looks'].put(robot, look_entry(robot, *look))
 
-    def _frame(self, now: float) -> list[Message]:
-        if not self._fresh:
-            return []
-        self._fresh = False
+    def _frame(self, now: float) -> Message:
         robots = self.robots
         put, self._put = sorted(self._put), set()
         seen = [self._seen[robot] for robot in robots]
         rows: Floats = np.array([(*one.pose, one.speed) for one in seen])
         poses = np.round(np.clip(rows, -_FARTHEST_M, _FARTHEST_M), 4)
         clock = self.clock.seconds(now)
-        return [
-            {
-                'kind': 'frame',
-                't': self._t(now),
-                'numbers': robots,
-                'poses': poses.ravel().tolist(),
-                'put': put,
-                'clock': None if clock is None else round(clock, 3),
-                'curves': [None] * len(CHARTS)
-                if clock is None  # nothing has commanded these robots yet
-                else _curves(rows[~self._lost(robots, now)], self.task),
-            }
-        ]
+        return {
+            'kind': 'frame',
+            't': self._t(now),
+            'numbers': robots,
+            'poses': poses.ravel().tolist(),
+            'put': put,
+            'clock': None if clock is None else round(clock, 3),
+            'curves': [None] * len(CHARTS)
+            if clock is None  # nothing has commanded these robots yet
+            else _curves(rows[~self._lost(robots, now)], self.task),
+        }
 
-    def _states(self, now: float) -> list[tuple[int, tuple[str, str, str]]]:
+    def _describe_robots(self, now: float) -> None:
         robots = self.robots
-        states = {}
         for robot, lost in zip(robots, self._lost(robots, now).tolist(), strict=True):
             level, text = OK, 'at the end'
             if not self.ended:
                 level, text = self.states.describe(robot, lost, self._seen[robot].speed, now)
-            states[robot] = _KINDS.get(level, 'failed'), text.partition(':')[0], text
-        fresh = {r: own for r, own in states.items() if self._reported_states.get(r) != own}
-        self._reported_states |= fresh
-        return [*fresh.items()]
+            state = _KINDS.get(level, 'failed'), text.partition(':')[0], text
+            self._items['states'].put(robot, state)
 
-    def _status(self, now: float) -> Message:
+    def _described(self, now: float) -> Message:
         robots, paused = self.robots, self.states.paused(now)
         lost = int(self._lost(robots, now).sum())
         unseen = sorted(set(self.announced) - set(robots))

@@ -283,6 +283,7 @@ class FleetCommands:
         """
         if real and button in (Button.START, Button.RESET):
             return
+        self.prepare()
         is_reset = button is Button.RESET
         self._publishers[button].publish(
             Empty() if is_reset else Bool(data=button is not Button.START)

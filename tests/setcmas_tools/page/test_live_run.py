@@ -6,6 +6,7 @@ import pytest
 from setcmas_tools.page.live_run import (
     FORGOTTEN_S,
     LOST_S,
+    MOST_FRAMES,
     OK,
     WARN,
     LiveRun,
@@ -21,7 +22,7 @@ def run():
 
 
 def by_kind(run, now):
-    return {message['kind']: message for message in run.messages(now)}
+    return {message['kind']: message for message in run.changes(now)}
 
 
 def test_what_changes_is_sent_once(run):
@@ -42,7 +43,7 @@ def test_what_changes_is_sent_once(run):
 
 def test_a_robot_that_is_put_elsewhere_does_not_drive_there(run):
     run.see(1, (0.0, 0.0, 0.0), 0.0, 0.0)
-    run.messages(0.0)
+    run.changes(0.0)
     run.see(1, (0.04, 0.0, 0.0), 0.0, 0.1)
     assert by_kind(run, 0.1)['frame']['put'] == []
     run.see(1, (0.5, 0.0, 1.0), 0.0, 0.2)
@@ -54,14 +55,14 @@ def test_silent_robots_are_lost_and_later_forgotten(run):
     run.announced = [1, 3, 4]
     for robot in (1, 3):
         run.see(robot, (float(robot), 0.0, 0.0), 0.0, 0.0)
-    run.messages(0.0)
+    run.changes(0.0)
     run.see(1, (1.0, 0.0, 0.0), 0.3, LOST_S)
     later = by_kind(run, LOST_S + 0.1)
 
     assert (3, ('failed', 'lost', 'lost')) in later['states']['items']
     assert later['status']['detail'] == '1 lost; robot 4 is announced, but not seen'
     assert later['frame']['curves'][:2] == [None, None]  # of one robot
-    run.messages(FORGOTTEN_S + 0.1)
+    run.changes(FORGOTTEN_S + 0.1)
     assert run.robots == [1]
 
 
@@ -79,7 +80,7 @@ def test_each_frame_has_the_numbers_of_the_charts(run):
 
 
 def test_links_are_sent_as_changes(run):
-    run.messages(0.0)
+    run.changes(0.0)
     run.connect(np.array([[9, 1, 0], [0.5, 0, 0], [math.nan, 0, 0]], float))
     assert sorted(by_kind(run, 1.0)['links']['items']) == [('1 2', 1.0), ('2 1', 0.5)]
     run.connect(np.array([[math.nan, math.nan], [0, 0]]))  # of the process of robot 2
@@ -87,6 +88,23 @@ def test_links_are_sent_as_changes(run):
     run.connect(np.empty((0, 0)))
 
     assert by_kind(run, 3.0)['links']['items'] == [('1 2', None)]
+
+
+def test_a_page_that_is_opened_later_gets_what_it_missed(run):
+    for k in range(MOST_FRAMES + 10):
+        run.see(2, (0.001 * k, -1.0, 0.25), 0.1, 0.1 * k)
+        run.connect(np.array([[0, 0.5], [0.5 * (k < 5), 0]]))
+        run.changes(0.1 * k)
+    whole = run.whole(0.1 * k)
+    found = {message['kind']: message for message in whole}
+
+    assert [message['kind'] for message in whole][:2] == ['status', 'begin']
+    assert [look['name'] for _, look in found['looks']['items']] == ['tb3_2']
+    assert found['links']['items'] == [('1 2', 0.5)]
+    frames = [message for message in whole if message['kind'] == 'frame']
+    assert (len(frames), frames[-1]['poses'][0]) == (MOST_FRAMES, pytest.approx(0.001 * k))
+    run.begin()
+    assert 'frame' not in {message['kind'] for message in run.whole(0.1 * k)}
 
 
 DISC, LINE = {'kind': 'discs'}, {'kind': 'lines'}

@@ -1,16 +1,19 @@
 """The server of a page: what it answers, and every request and message that it refuses."""
 
+import asyncio
 import contextlib
 import http.client
-import json
+import queue
 import socket
+import threading
 
 import pytest
 from processes import TIMEOUT_S
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from setcmas_tools.page.server import Button, LiveSummary, PageServer, refusal
+from setcmas_tools.page.browser import BrowserOptions
+from setcmas_tools.page.server import Button, PageServer, refusal
 
 NAMES = {'localhost', 'lab-pc', 'lab-pc.local'}
 
@@ -23,11 +26,11 @@ NAMES = {'localhost', 'lab-pc', 'lab-pc.local'}
         ('127.0.0.1:8080', 'null', 'null'),  # a file, a frame in a sandbox
         ('127.0.0.1:8080', 'http://127.0.0.1:8080.evil.example', 'evil.example'),
         ('evil.example:8080', 'http://evil.example:8080', 'not called'),  # DNS rebinding
-        ('127.0.0.1.evil.example', None, 'not called'),
-        ('', None, 'not called'),
-        ('[::1', None, 'not called'),
+        ('127.0.0.1.evil.example', '', 'not called'),
+        ('', '', 'not called'),
+        ('[::1', '', 'not called'),
         ('127.0.0.1:8080', 'http://[::1', 'may not'),
-        ('127.0.0.1:8080', None, ''),
+        ('127.0.0.1:8080', '', ''),
         ('localhost:9000', 'http://localhost:9000', ''),  # a port that ssh forwards
         ('192.168.1.7:8080', 'http://192.168.1.7:8080', ''),
         ('[::1]:8080', 'http://[::1]:8080', ''),
@@ -42,21 +45,49 @@ def test_pages_of_others_are_refused_and_the_page_itself_and_programs_are_not(
     assert bool(reason) == bool(refused)
 
 
+class Served:
+    """A page on a thread of its own, and the buttons that are pressed."""
+
+    def __init__(self, messages=None, has_buttons=False, host='127.0.0.1'):
+        self.pressed = queue.Queue()
+        options = BrowserOptions(host=host, port=18990)
+        on_button = self.pressed.put if has_buttons else None
+        self.server = PageServer('<p>page</p>', options, messages, on_button)
+        self.address, _, self.query = self.server.url.partition('/?')
+        self.port = int(self.address.rpartition(':')[2])
+        self._loop, self._end = asyncio.new_event_loop(), asyncio.Event()
+        self._thread = threading.Thread(target=self._loop.run_until_complete, args=[self._serve()])
+        self._thread.start()
+
+    async def _serve(self):
+        async with self.server.serving():
+            await self._end.wait()
+
+    def stop(self):
+        self._loop.call_soon_threadsafe(self._end.set)
+        self._thread.join()
+        self._loop.close()
+
+
 @pytest.fixture
 def serve(request):
     """Serve a page; the server ends with the test."""
 
-    def start(**options):
-        server = PageServer('<p>page</p>', '127.0.0.1', 18990, **options)
-        request.addfinalizer(server.stop)
-        return server
+    def start(*options, **more):
+        served = Served(*options, **more)
+        request.addfinalizer(served.stop)
+        return served
 
     return start
 
 
+def first():
+    return [{'kind': 'now', 't': 0.0}]
+
+
 @pytest.fixture
 def live(serve):
-    return serve(is_live=True, has_buttons=True)
+    return serve(first, has_buttons=True)
 
 
 def get(server, path='/', **headers):
@@ -91,7 +122,7 @@ def test_there_is_one_page_which_no_other_page_may_hold(serve):
 
 
 def test_a_page_from_elsewhere_gets_no_websocket(live):
-    with talk(live, live.url) as own:
+    with talk(live, live.address) as own:
         assert own.recv(timeout=TIMEOUT_S)
     with pytest.raises(InvalidStatus) as refused:
         talk(live, 'https://evil.example')
@@ -100,8 +131,8 @@ def test_a_page_from_elsewhere_gets_no_websocket(live):
 
 
 def test_a_page_with_a_token_is_for_those_who_know_its_address(serve):
-    server = serve(is_live=True, needs_token=True)
-    address, _, query = server.url.partition('/?')
+    server = serve(first, has_buttons=True, host='0.0.0.0')
+    address, query = server.address, server.query
 
     assert get(server)[0] == get(server, '/?token=guessed')[0] == 403
     assert get(server, f'/?{query}')[0] == 200
@@ -133,7 +164,7 @@ def test_any_other_message_closes_its_own_connection_only(live, message):
 
 
 def test_a_page_without_buttons_takes_none(serve):
-    server = serve(is_live=True)
+    server = serve(first)
     with talk(server) as page:
         page.send('stop')
         expect_closed(page)
@@ -153,32 +184,3 @@ def test_junk_and_slow_requests_do_not_keep_others_from_the_page(live):
             one = stack.enter_context(socket.create_connection(('127.0.0.1', live.port)))
             one.sendall(content)
         assert get(live)[0] == 200
-
-
-def test_a_page_that_comes_later_gets_what_it_missed(live):
-    live.send([
-        {'kind': 'looks', 't': 1.0, 'items': [(2, {'name': 'tb3_2'})]},
-        {'kind': 'frame', 't': 1.0, 'numbers': [2], 'poses': [1, 2, 3, 4], 'put': []},
-        {'kind': 'links', 't': 1.0, 'items': [('1 2', 0.5), ('2 1', 0.5)]},
-        {'kind': 'links', 't': 1.1, 'items': [('2 1', None)]},
-        {'kind': 'status', 'title': 'two'},
-    ])  # fmt: skip
-    with talk(live) as page:
-        messages = json.loads(page.recv(timeout=TIMEOUT_S))
-
-    found = {message['kind']: message for message in messages}
-    assert [message['kind'] for message in messages][:2] == ['status', 'begin']
-    assert found['frame']['poses'] == [1, 2, 3, 4]
-    assert found['looks']['items'] == [[2, {'name': 'tb3_2'}]]
-    assert found['links']['items'] == [['1 2', 0.5]]
-
-
-def test_the_past_is_bounded_and_ends_with_the_run():
-    summary = LiveSummary()
-    for number in range(3000):
-        summary.take({'kind': 'frame', 't': number / 10})
-    frames = [one['t'] for one in summary.messages() if one['kind'] == 'frame']
-
-    assert (len(frames), frames[-1]) == (LiveSummary.MOST_FRAMES, 299.9)
-    summary.take({'kind': 'begin'})
-    assert not [one for one in summary.messages() if one['kind'] == 'frame']
