@@ -1,9 +1,13 @@
+import pytest
+
 from setcmas_expe.doctor.findings import (
     NOTE,
     OK,
     PROBLEM,
     Finding,
     advice_lines,
+    discovery_finding,
+    domain_finding,
     exit_status,
     verdict,
 )
@@ -25,3 +29,32 @@ def test_advice_is_given_once_and_problems_come_first():
         '- mocap of tb3_1, mocap of tb3_2: start its driver',
         '- time of robots: set it',
     ]
+
+
+@pytest.mark.parametrize(
+    ('values', 'level'),
+    [
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('', '101', '232')], OK),
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('102', '214')], NOTE),
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('233', '-1', 'a')], PROBLEM),
+    ],
+)
+def test_domains(values, level):
+    assert {domain_finding(value).level for value in values} == {level}
+
+
+@pytest.mark.parametrize(
+    ('variables', 'level', 'text'),
+    [
+        ({}, OK, 'SUBNET in experiments'),
+        ({'ROS_STATIC_PEERS': '10.0.0.2'}, OK, '10.0.0.2'),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCAL'}, PROBLEM, 'LOCAL'),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'}, PROBLEM, 'OFF'),
+        ({'ROS_LOCALHOST_ONLY': '1'}, PROBLEM, 'ROS_LOCALHOST_ONLY'),
+    ],
+)
+def test_discovery(variables, level, text):
+    finding = discovery_finding(variables)
+
+    assert finding.level == level
+    assert text in finding.found

@@ -7,46 +7,9 @@ from processes import SETCMAS, TIMEOUT_S
 pytest.importorskip('rclpy')
 
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool, String
-
-from setcmas_expe.doctor.doctor_process import (
-    discovery_finding,
-    domain_finding,
-)
-from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM
-
-
-@pytest.mark.parametrize(
-    ('values', 'level'),
-    [
-        ([{'ROS_DOMAIN_ID': domain} for domain in ('', '101', '232')], OK),
-        ([{'ROS_DOMAIN_ID': domain} for domain in ('102', '214')], NOTE),
-        ([{'ROS_DOMAIN_ID': domain} for domain in ('233', '-1', 'a')], PROBLEM),
-    ],
-)
-def test_domains(values, level):
-    assert {domain_finding(value).level for value in values} == {level}
-
-
-@pytest.mark.parametrize(
-    ('variables', 'level', 'text'),
-    [
-        ({}, OK, 'SUBNET in experiments'),
-        ({'ROS_STATIC_PEERS': '10.0.0.2'}, OK, '10.0.0.2'),
-        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCAL'}, PROBLEM, 'LOCAL'),
-        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'}, PROBLEM, 'OFF'),
-        ({'ROS_LOCALHOST_ONLY': '1'}, PROBLEM, 'ROS_LOCALHOST_ONLY'),
-    ],
-)
-def test_discovery(variables, level, text):
-    finding = discovery_finding(variables)
-
-    assert finding.level == level
-    assert text in finding.found
-
+from std_msgs.msg import Bool
 
 LAB = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--nb-robots', '2']
-DOCTOR = [*SETCMAS, 'doctor']
 
 
 def examine_until(text, start, *options):
@@ -56,7 +19,7 @@ def examine_until(text, start, *options):
     """
     deadline = time.monotonic() + TIMEOUT_S
     while True:
-        doctor = start(*DOCTOR, *options)
+        doctor = start(*SETCMAS, 'doctor', *options)
         status, output = doctor.wait(), doctor.output()
         if text in ' '.join(output.split()):
             return status, output
@@ -64,7 +27,7 @@ def examine_until(text, start, *options):
 
 
 def test_this_machine(start):
-    doctor = start(*DOCTOR)
+    doctor = start(*SETCMAS, 'doctor')
     output = doctor.wait_for_output('all well')
 
     assert doctor.wait() == 0
@@ -105,23 +68,3 @@ def test_a_robot_without_a_guard_and_poses_of_two_senders(start, peer):
 
     assert status == 1
     assert 'guard of tb3_1 not there' in ' '.join(output.split())
-
-
-def test_faults_are_injected_and_those_of_no_robot_are_reported(start, peer):
-    lab = start(*LAB)
-    lab.wait_for_output('emulating')
-    order = peer.publisher(String, '/emulated_lab/fault')
-
-    fault = start(*SETCMAS, 'fault', 'dropout', '--robot', '2', '--for', '1.5')
-    assert fault.wait() == 0
-    lab.wait_for_output('robot 2, for 1.5 s: motion capture sends nothing')
-
-    order.publish(String(data='nan 3'))
-    lab.wait_for_output('the lab has robots 1 to 2')
-
-
-def test_without_an_emulated_lab_a_fault_says_so(start):
-    fault = start(*SETCMAS, 'fault', 'nan')
-
-    assert fault.wait() == 2
-    assert 'there is no emulated lab' in fault.output()
