@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'tf2_ros', 'std_srvs')
 
-FILES, ARROWS, THIN_ARROWS = 278, 170, 15
+FILES, ARROWS, THIN_ARROWS = 276, 165, 15
 """Most files of the product, most pairs of folders of which one imports the other, and most of
 these that rest on a single import. Lower them where the tests print that fewer are left.
 """
@@ -36,7 +36,7 @@ MAY_IMPORT_ROS = {
         'fleet_monitor fleet_readiness fleet_scripts fleet_time graph_watch markers '
         'script_reloader'
     ),
-    'setcmas_expe.doctor': 'lab_examination',
+    'setcmas_expe.lab': 'lab_examination',
     'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 faults',
     'setcmas_expe.guard': 'guard_node guard_watch motor_power',
     'setcmas_expe.mocap': 'camera_node receiver',

@@ -41,4 +41,4 @@ def test_the_doctor_reports_its_findings(tmp_path):
 
     assert result.returncode in (0, 1)
     assert 'Traceback' not in result.stdout + result.stderr
-    assert 'rclpy not found' in result.stdout
+    assert 'ROS 2 Jazzy is missing' in result.stdout

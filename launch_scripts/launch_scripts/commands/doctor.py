@@ -12,25 +12,35 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Mapping
 from dataclasses import replace
+from importlib import metadata
 
 from tabulate import tabulate
 
-from launch_scripts.environment import require_ros
+from launch_scripts.environment import check_ros, require_ros
 from launch_scripts.experiment import experiment_environment, start_emulated_lab
 from launch_scripts.processes import ChildDiedError
 from launch_scripts.supervisor import StoppedError, Supervisor
-from setcmas_expe.doctor.findings import (
+from setcmas_expe.emulation.emulation_options import check_emulated_mocap
+from setcmas_expe.lab.findings import (
+    NOTE,
+    OK,
+    PROBLEM,
+    Finding,
     advice_lines,
-    environment_findings,
     exit_status,
-    missing_packages,
     table,
     verdict,
 )
-from setcmas_expe.emulation.emulation_options import check_emulated_mocap
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_file import LabOptions
+from setcmas_simu.errors import SetcmasError
+
+_DEFAULT_RMW = 'rmw_fastrtps_cpp'
+_DOMAINS = range(233)
+_SHARED_DOMAINS = range(102, 215)  # whose ports Linux gives to other programs, too
+_RANGES = ('SUBNET', 'LOCALHOST', 'SYSTEM_DEFAULT')  # with OFF, processes do not find each other
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,20 +80,16 @@ def main(args: argparse.Namespace) -> int:
 
 def _examine(lab: Lab | None, name: str) -> int:
     """Print the findings about this machine, and about a lab of that name, if there is one."""
-    if missing_packages():
-        lab = None
-    if lab:
+    findings = [ros_finding(), rmw_finding(os.environ), domain_finding(os.environ)]
+    findings.append(discovery_finding(os.environ))
+    has_ros = findings[0].level != PROBLEM
+    if lab and has_ros:
         lab.mocap.source.message_class()
-    findings = environment_findings()
     print(f'this machine\n{table(findings)}', flush=True)
-    if lab:
-        from setcmas_expe.doctor.lab_examination import COLUMNS, examine
-        from setcmas_simu.ros.process import ros_process
+    if lab and has_ros:
+        from setcmas_expe.lab.lab_examination import COLUMNS, examine
 
-        with ros_process() as process:
-            rows, of_lab = examine(process, lab)
-        if process.stopping:
-            raise KeyboardInterrupt
+        rows, of_lab = examine(lab)
         print(f'\nrobots of {name}\n{tabulate(rows, COLUMNS, disable_numparse=True)}')
         if of_lab:
             print(f'\n{table(of_lab)}')
@@ -92,3 +98,56 @@ def _examine(lab: Lab | None, name: str) -> int:
         print('\nwhat to do\n' + '\n'.join(advice))
     print(f'\n{verdict(findings)}', flush=True)
     return exit_status(findings)
+
+
+def ros_finding() -> Finding:
+    """Return whether ROS 2 is installed, and works here."""
+    try:
+        check_ros()
+    except SetcmasError as error:
+        found, _, advice = str(error).partition(': ')
+        return Finding(PROBLEM, 'ROS 2', found, advice)
+    try:
+        found = f'rclpy {metadata.version("ros-jazzy-rclpy")} from PyPI'
+    except metadata.PackageNotFoundError:
+        found = f'{os.environ.get("ROS_DISTRO", "rclpy")}, installed'
+    distribution = os.environ.get('ROS_DISTRO', 'jazzy')
+    if distribution != 'jazzy':
+        return Finding(NOTE, 'ROS 2', found, 'setcmas is made for, and tested with, ROS 2 Jazzy')
+    return Finding(OK, 'ROS 2', found)
+
+
+def rmw_finding(variables: Mapping[str, str]) -> Finding:
+    """Return the middleware in use."""
+    name = variables.get('RMW_IMPLEMENTATION') or _DEFAULT_RMW
+    if name == _DEFAULT_RMW:
+        return Finding(OK, 'middleware', name)
+    advice = f'use the same on all machines; setcmas is tested with {_DEFAULT_RMW}'
+    return Finding(NOTE, 'middleware', f'RMW_IMPLEMENTATION={name}', advice)
+
+
+def domain_finding(variables: Mapping[str, str]) -> Finding:
+    """Return whether the ROS domain works on all systems."""
+    text = variables.get('ROS_DOMAIN_ID') or '0'
+    if not text.isdecimal() or int(text) not in _DOMAINS:
+        return Finding(PROBLEM, 'ROS domain', f"'{text}'", 'set ROS_DOMAIN_ID to 0 to 101')
+    if int(text) in _SHARED_DOMAINS:
+        advice = 'other programs may hold its ports; set ROS_DOMAIN_ID to 0 to 101'
+        return Finding(NOTE, 'ROS domain', text, advice)
+    return Finding(OK, 'ROS domain', f'{text}; the robots must have the same one')
+
+
+def discovery_finding(variables: Mapping[str, str]) -> Finding:
+    """Return how processes and machines find each other."""
+    if variables.get('ROS_LOCALHOST_ONLY') == '1':
+        advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and is deprecated in Jazzy'
+        return Finding(PROBLEM, 'discovery', 'ROS_LOCALHOST_ONLY=1', advice)
+    wanted = variables.get('ROS_AUTOMATIC_DISCOVERY_RANGE')
+    if wanted is not None and wanted not in _RANGES:
+        advice = f'set ROS_AUTOMATIC_DISCOVERY_RANGE to one of {", ".join(_RANGES)}'
+        return Finding(PROBLEM, 'discovery', f'range {wanted}', advice)
+    found = f'range {wanted}' if wanted else 'this machine in simulation, SUBNET in experiments'
+    for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'):
+        if variables.get(name):
+            found += f', {name}={variables[name]}'
+    return Finding(OK, 'discovery', found)

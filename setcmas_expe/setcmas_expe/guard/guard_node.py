@@ -28,7 +28,6 @@ from setcmas_expe.guard.guard_decision import GuardDecision, GuardSituation, Gua
 from setcmas_expe.guard.guard_watch import report_message
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import Disobedience, Obedience
-from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet import topics
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import OneOf
@@ -38,6 +37,7 @@ from setcmas_simu.ros import cmd_vel_topics, messages, qos
 from setcmas_simu.ros.cmd_vel_topics import NAMED_AFTER_S, CmdVelPublisher, NameWait, velocities
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
+from setcmas_simu.ros.stamp_clock import StampClock
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,1 +1,1 @@
-"""Description of a lab: robots, motion capture, arena, limits."""
+"""Description of a lab (robots, motion capture, arena, limits), and what is found in it."""

@@ -9,11 +9,11 @@ import statistics
 from collections import deque
 
 from setcmas_expe.mocap.sources import Sample
-from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet.planar_pose import Pose, motion_between
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import VelocityLimits
 from setcmas_simu.robots.unicycle import velocities_between
+from setcmas_simu.ros.stamp_clock import StampClock
 
 TOO_SLOW_HZ = 4.0
 """Rate of measurements below which robots stop, in Hz: wrong ones are found too late then."""

@@ -9,6 +9,9 @@ pytest.importorskip('rclpy')
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
+from launch_scripts.commands.doctor import discovery_finding, domain_finding
+from setcmas_expe.lab.findings import NOTE, OK, PROBLEM
+
 LAB = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--nb-robots', '2']
 
 
@@ -68,3 +71,32 @@ def test_a_robot_without_a_guard_and_poses_of_two_senders(start, peer):
 
     assert status == 1
     assert 'guard of tb3_1 not there' in ' '.join(output.split())
+
+
+@pytest.mark.parametrize(
+    ('values', 'level'),
+    [
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('', '101', '232')], OK),
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('102', '214')], NOTE),
+        ([{'ROS_DOMAIN_ID': domain} for domain in ('233', '-1', 'a')], PROBLEM),
+    ],
+)
+def test_domains(values, level):
+    assert {domain_finding(value).level for value in values} == {level}
+
+
+@pytest.mark.parametrize(
+    ('variables', 'level', 'text'),
+    [
+        ({}, OK, 'SUBNET in experiments'),
+        ({'ROS_STATIC_PEERS': '10.0.0.2'}, OK, '10.0.0.2'),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCAL'}, PROBLEM, 'LOCAL'),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'}, PROBLEM, 'OFF'),
+        ({'ROS_LOCALHOST_ONLY': '1'}, PROBLEM, 'ROS_LOCALHOST_ONLY'),
+    ],
+)
+def test_discovery(variables, level, text):
+    finding = discovery_finding(variables)
+
+    assert finding.level == level
+    assert text in finding.found

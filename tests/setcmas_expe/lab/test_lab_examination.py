@@ -4,10 +4,10 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from setcmas_expe.doctor.findings import NOTE, PROBLEM
-from setcmas_expe.doctor.lab_examination import COLUMNS, RobotCheck, rate_and_gap
 from setcmas_expe.guard.guard_decision import GuardDecision, GuardState, stopped
+from setcmas_expe.lab.findings import NOTE, PROBLEM
 from setcmas_expe.lab.lab import LabRobot
+from setcmas_expe.lab.lab_examination import COLUMNS, RobotCheck, rate_and_gap
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 
 REGULAR = [1000.0 + 0.02 * i for i in range(101)]

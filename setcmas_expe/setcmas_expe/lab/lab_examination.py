@@ -12,9 +12,9 @@ from functools import partial
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
-from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
 from setcmas_expe.guard.guard_decision import GuardDecision
 from setcmas_expe.guard.guard_watch import GuardWatch
+from setcmas_expe.lab.findings import NOTE, PROBLEM, Finding
 from setcmas_expe.lab.lab import LOW_PERCENT, BatteryScale, Lab, LabRobot
 from setcmas_expe.mocap.pose_judge import PoseJudge, fault_in_words, pose_fault
 from setcmas_expe.mocap.receiver import MocapReceiver
@@ -26,7 +26,7 @@ from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.cmd_vel_topics import Endpoint
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.polling import PolledTopic, RequestWait
-from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.ros.process import ros_process
 
 _NEARLY_LOW_PERCENT = 30.0
 _SLOWEST_HZ = 10.0
@@ -274,22 +274,25 @@ _DISCOVERY_S = 3.0
 _WATCH_S = 3.0
 
 
-def examine(process: RosProcess, lab: Lab) -> tuple[list[list[str]], list[Finding]]:
+def examine(lab: Lab) -> tuple[list[list[str]], list[Finding]]:
     """Watch a lab for a while; return the rows of the table of robots, and the findings."""
-    watch = LabWatch(lab)
-    process.requests = RequestWait([watch], watch.polled)
+    with ros_process() as process:
+        watch = LabWatch(lab)
+        process.requests = RequestWait([watch], watch.polled)
 
-    def is_found() -> bool:
-        return all(one.arrivals and watch.listeners(one.robot) for one in watch.robots)
+        def is_found() -> bool:
+            return all(one.arrivals and watch.listeners(one.robot) for one in watch.robots)
 
-    process.spin_until(is_found, _DISCOVERY_S)
-    watch.restart_statistics()
-    process.spin_until(lambda: False, _WATCH_S)
-    watch.take_guards()
-    watch.mocap.look_around()
-    checks = [watch.check(one) for one in watch.robots]
-    bodies = watch.mocap.bodies()
-    findings = [found for check in checks for found in check.findings(lab, bodies)]
-    if watch.count_publishers(topics.PAUSED):
-        findings.insert(0, Finding(NOTE, 'experiment', 'one is running'))
+        process.spin_until(is_found, _DISCOVERY_S)
+        watch.restart_statistics()
+        process.spin_until(lambda: False, _WATCH_S)
+        if process.stopping:
+            raise KeyboardInterrupt
+        watch.take_guards()
+        watch.mocap.look_around()
+        checks = [watch.check(one) for one in watch.robots]
+        bodies = watch.mocap.bodies()
+        findings = [found for check in checks for found in check.findings(lab, bodies)]
+        if watch.count_publishers(topics.PAUSED):
+            findings.insert(0, Finding(NOTE, 'experiment', 'one is running'))
     return [check.row() for check in checks], findings
