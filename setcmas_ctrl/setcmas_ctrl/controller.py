@@ -15,10 +15,10 @@ from geometry_msgs.msg import Point32
 
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.fleet_network import FleetNetwork
+from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_options import LawOptions
-from setcmas_ctrl.laws.script_errors import ControlError
+from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports, StopCall
 from setcmas_ctrl.saturation import saturate
-from setcmas_ctrl.script_outcomes import ScriptOutcomes
 from setcmas_simu.fleet import topics
 from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.ros import qos
@@ -28,6 +28,8 @@ Velocity = tuple[float, float]
 
 REST: Velocity = (0.0, 0.0)
 NO_VELOCITY: Velocity = (math.nan, math.nan)
+
+_ENDS_ALL = 'this process exits: it can no longer command any robot'
 
 
 class Controller(RobotNode):
@@ -39,7 +41,8 @@ class Controller(RobotNode):
     Attributes:
         law: The control law; None while its script has a mistake.
         network: What the robot knows of the others.
-        outcomes: Takes the errors of the law.
+        watch: Times the calls of the law.
+        reports: Takes the errors of the law.
         is_paused: Whether the robots are paused: the law is not called, so that its references
             do not run ahead.
         is_lost: Whether the newest pose of the robot is too old.
@@ -48,7 +51,8 @@ class Controller(RobotNode):
 
     law: ControlLaw | None
     network: FleetNetwork
-    outcomes: ScriptOutcomes
+    watch: CallWatch
+    reports: ErrorReports
 
     def __init__(
         self, robot: int | None, options: LawOptions, in_experiment: bool, **of_node: Any
@@ -76,13 +80,16 @@ class Controller(RobotNode):
             return self.without_law
         poses, adjacency = self.network.known_by(self.robot)
         try:
-            with self.outcomes.watch.call(self.robot, law.path):
+            with self.watch.call(self.robot, law.path):
                 wanted = law(poses, self.time.t, adjacency)
             if not self.context.ok():
-                self.outcomes.end_without_ros(law, self.time.t)
-            self.outcomes.laws.succeeded(self.robot, self.time.t)
+                text = f'{law.path.name} has shut ROS down (rclpy.shutdown)'
+                error = ControlError(text, 'shutdown', _ENDS_ALL)
+                self.reports.failed(self.robot, self.time.t, error)
+                raise StopCall
+            self.reports.succeeded(self.robot, self.time.t)
         except ControlError as error:
-            self.outcomes.laws.failed(self.robot, self.time.t, error)
+            self.reports.failed(self.robot, self.time.t, error)
             return self.without_law
         vx, vy = saturate(wanted, self.parameters.options.vnom).tolist()
         return vx, vy

@@ -20,9 +20,8 @@ from setcmas_ctrl.fleet_network import FleetNetwork
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.call_watch import CallWatch
 from setcmas_ctrl.laws.control_options import LawOptions
-from setcmas_ctrl.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.reports import connected_launcher
-from setcmas_simu.script_calls import Function, ScriptCall
 
 
 class Controlled:
@@ -41,10 +40,7 @@ class Controlled:
         law = ControlLaw(Path(script), 2, 2)
         node.law = law
         node.network = FleetNetwork(node, self.poses, chosen_communication(2), [2])
-        node.outcomes = ScriptOutcomes(
-            self.said.append, self.watch, connected_launcher({}), {2: law.path}, [2],
-            Path('ctc'), Path('si_to_uni'),
-        )  # fmt: skip
+        node.watch, node.reports = self.watch, ErrorReports(self.said.append)
         self.stepped.nodes = [self, node]
         names = [self.poses.topic_of(robot) for robot in (1, 2)]
         self.odometry = [peer.publisher(Odometry, name) for name in names]
@@ -115,7 +111,7 @@ def test_a_law_that_fails_commands_zero_and_is_named_once(controlled, in_experim
     assert len(robot.said) == 1
     assert 'tb3_2 at t = 0.2 s: law.py, line 2: ZeroDivisionError' in robot.said[0]
     assert robot.velocity() == (0.25, 0.0)
-    assert robot.node.outcomes.failed == (ScriptCall(2, 'law.py', Function.CONTROL),)
+    assert robot.node.reports.failed_robots == [2]
 
 
 def test_in_a_pause_the_law_is_not_called_and_the_robot_rests(controlled):

@@ -24,6 +24,7 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.script_calls import Function
 
 
 class ControlledFleet:
@@ -83,7 +84,8 @@ class ControlledFleet:
         self.network = FleetNetwork(node, self.poses, scripts.communication, self.robots)
         for controller, law in zip(self.controllers, scripts.laws, strict=True):
             controller.law, controller.network = law, self.network
-            controller.outcomes = scripts.outcomes
+            controller.watch = scripts.watch
+            controller.reports = scripts.reports[Function.CONTROL]
         self.driven = DrivenRobots(
             node, si_to_unis, self.poses, scripts, announced, parameters.options, safety, options
         )

@@ -196,8 +196,8 @@ def run_controllers(node: FleetNode, prepare: Callable[[], ControlledFleet]) -> 
             if process.can_talk:
                 fleet.stop()
             scripts.watch.close()
-        scripts.outcomes.end()
-        return SCRIPT_FAILED if scripts.outcomes.failed else 0
+        scripts.report_end()
+        return SCRIPT_FAILED if scripts.failed else 0
 
 
 def prepared_fleet(

@@ -82,7 +82,7 @@ class DrivenRobots:
         return script_conversions(
             scripts.conversion,
             robots,
-            scripts.outcomes.conversions,
+            scripts.reports[Function.SI_TO_UNI],
             lambda: self.nodes[0].time.t,
             partial(scripts.watch.call, function=Function.SI_TO_UNI),
         )

@@ -17,6 +17,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.script_calls import Function
 
 SETTLED_S = 0.25
 """Time in s without changes after which files count as saved."""
@@ -147,7 +148,7 @@ class ScriptReloader:
             by_robot = {law.robot: law for law in scripts.laws}
             for controller in fleet.controllers:
                 controller.law = by_robot.get(controller.robot)
-            scripts.outcomes.begin_anew(loaded=bool(by_robot))
+                controller.reports = scripts.reports[Function.CONTROL]
             fleet.monitor.run_time.begin_anew()
             fleet.network.forget_messages()
 

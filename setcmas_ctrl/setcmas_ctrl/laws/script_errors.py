@@ -210,11 +210,6 @@ class ErrorReports:
         self._failing: Counter[int] = Counter()
         self._first: dict[object, int] = {}  # first robot with each key
 
-    def begin_anew(self) -> None:
-        """Report errors of a new version of the script, even if an earlier one had the same."""
-        self._reported.clear()
-        self._first.clear()
-
     def failed(self, robot: int, t: float, error: ControlError) -> None:
         """Record a failed call of a robot's script at time t (s)."""
         self._keep(robot, t, error)
