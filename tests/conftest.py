@@ -83,19 +83,8 @@ def domain(monkeypatch):
         yield number
 
 
-@pytest.fixture(scope='session')
-def fork_server():
-    """A process that has imported the modules of nodes; None where processes cannot be forked."""
-    from forked_modules import ForkServer
-
-    server = ForkServer() if hasattr(os, 'pidfd_open') and hasattr(os, 'fork') else None
-    yield server
-    if server:
-        server.close()
-
-
 @pytest.fixture
-def start(tmp_path_factory, domain, fork_server):
+def start(tmp_path_factory, domain):
     """Start commands in the test's ROS domain; what still runs at the end is killed."""
     from processes import Process
 
@@ -103,7 +92,7 @@ def start(tmp_path_factory, domain, fork_server):
 
     def start_process(*command, cwd=None, env=None):
         log = tmp_path_factory.mktemp('log') / 'output.txt'
-        process = Process(command, log, cwd, {**os.environ, **(env or {})}, fork_server)
+        process = Process(command, log, cwd, {**os.environ, **(env or {})})
         processes.append(process)
         return process
 

@@ -1,6 +1,7 @@
 """Processes under test: started for real, their output kept, waited for by condition."""
 
 import contextlib
+import functools
 import os
 import signal
 import subprocess
@@ -10,9 +11,8 @@ import time
 from pathlib import Path
 from unittest import mock
 
-from forked_modules import CLI, ForkedProcess, ForkServer, die_with_parent
-
 from launch_scripts.cli import main
+from setcmas_simu.reports import end_with_parent
 
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
 SIMU = [sys.executable, '-m', 'setcmas_simu.simulator']
@@ -22,39 +22,25 @@ TIMEOUT_S = 120.0  # a machine may be busy with other things than these tests
 NO_WINDOWS = {'CI': 'true'}
 """Environment of commands that would open a browser on a developer's desktop."""
 
-
-def _module_of(command):
-    """Return the module of ours that a command runs, with its arguments; [] for others."""
-    if command[0] == SETCMAS[0]:
-        return [CLI, *command[1:]]
-    ours = command[1] == '-m' and command[2].startswith('setcmas_')
-    return command[2:] if ours else []
+die_with_parent = functools.partial(end_with_parent, at_once=True)
+"""Have the kernel kill this process, even a stopped one, when the tests are killed."""
 
 
 class Process:
-    """A command that runs in a session of its own and writes to a log.
+    """A command that runs in a session of its own and writes to a log."""
 
-    With a server, a module of ours is forked from there, unless Python is to start otherwise.
-    """
-
-    def __init__(self, command, log: Path, cwd, env, server: ForkServer | None = None) -> None:
+    def __init__(self, command, log: Path, cwd, env) -> None:
         self.log = log
-        log.touch()
-        env = {**env, 'PYTHONUNBUFFERED': '1'}
-        arguments = _module_of(command)
-        if server and arguments and server.would_import_as(env):
-            self.popen = ForkedProcess(server, arguments, log, cwd, env)
-            return
         with log.open('wb') as file:
             self.popen = subprocess.Popen(
                 command,
                 cwd=cwd,
-                env=env,
+                env={**env, 'PYTHONUNBUFFERED': '1'},
                 stdin=subprocess.DEVNULL,
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                preexec_fn=die_with_parent if sys.platform == 'linux' else None,
+                preexec_fn=die_with_parent,
             )
 
     @property
