@@ -22,6 +22,7 @@ from setcmas_expe.mocap.camera_file import (  # noqa: E402
 )
 
 FOLDER = Path(__file__).parent / 'data/camera'
+VIDEO = str(FOLDER / '%02d.jpg')
 FLOOR_TAGS = {501: (-0.8, -0.5), 502: (0.8, -0.5), 503: (0.8, 0.5), 504: (-0.8, 0.5)}
 DISTORTION = (-0.12, 0.03, 0.0005, -0.0004, 0.0)
 NO_ERROR = 0.0

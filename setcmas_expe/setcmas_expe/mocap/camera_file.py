@@ -84,8 +84,8 @@ class Camera(Struct, frozen=True, forbid_unknown_fields=True, dict=True):
 
     Attributes:
         name: Its name.
-        source: Where its pictures come from: number or path of a device, a video file or a folder
-            of pictures.
+        source: Where its pictures come from: number or path of a device, a video file, or a series
+            of pictures such as 'pictures/%03d.png'.
         lens: Its calibrated lens.
         pose: Its pose; None until it is calibrated.
     """

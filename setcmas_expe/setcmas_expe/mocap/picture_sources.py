@@ -1,4 +1,4 @@
-"""Pictures with the time of their exposure: from a camera, a video or a folder."""
+"""Pictures with the time of their exposure: from a camera, a video or a series of files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from setcmas_expe.mocap.camera_poses import Picture, Shot
+from setcmas_expe.mocap.camera_poses import Shot
 from setcmas_simu.errors import SetcmasError, needs
 
 with needs('camera'):
@@ -16,9 +16,6 @@ with needs('camera'):
 Size = tuple[int, int]
 """Width and height in px."""
 
-FOLDER_HZ = 10.0
-"""Pictures a second from a folder."""
-_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp')
 _OLDEST_STAMP_S = 1.0
 
 
@@ -28,7 +25,9 @@ def pictures(source: str, size: Size | None) -> Iterator[Shot]:
     Raises:
         SetcmasError: It cannot be opened, fails, or sends pictures of another size.
     """
-    for t, picture in _opened(source, size):
+    is_camera = source.isdecimal() or source.startswith('/dev/')
+    shots = _device(source, size or (1920, 1080)) if is_camera else _recording(source)
+    for t, picture in shots:
         height, width = picture.shape[:2]
         if size and (width, height) != size:
             raise SetcmasError(
@@ -36,17 +35,6 @@ def pictures(source: str, size: Size | None) -> Iterator[Shot]:
                 f'with {size[0]} x {size[1]} px'
             )
         yield t, picture
-
-
-def _opened(source: str, size: Size | None) -> Iterator[Shot]:
-    if source.isdecimal() or source.startswith('/dev/'):
-        return _device(source, size or (1920, 1080))
-    if Path(source).exists():
-        return _recording(Path(source))
-    raise SetcmasError(
-        f"'{source}' is no source of pictures; it must be the number of a camera, such as 0, a "
-        'video file or a folder of pictures'
-    )
 
 
 def _device(source: str, size: Size) -> Iterator[Shot]:
@@ -73,34 +61,20 @@ def _device(source: str, size: Size) -> Iterator[Shot]:
         yield time.time() - (age if 0 <= age < _OLDEST_STAMP_S else 0.0), picture
 
 
-def _recording(path: Path) -> Iterator[Shot]:
-    """Yield the pictures of a video, or of a folder in the order of their names, at their rate."""
-    rate, recorded = FOLDER_HZ, _folder(path)
-    if not path.is_dir():
-        video = cv2.VideoCapture(str(path))
-        rate, recorded = video.get(cv2.CAP_PROP_FPS) or FOLDER_HZ, _frames(video)
-    is_empty, shown = True, time.time()
-    for picture in recorded:
-        yield shown, picture
-        is_empty = False
-        time.sleep(max(0.0, shown + 1.0 / rate - time.time()))
-        shown = time.time()
-    if is_empty:
-        raise SetcmasError(f"'{path}' has no pictures ({', '.join(_SUFFIXES)}, or a video)")
-
-
-def _folder(path: Path) -> Iterator[Picture]:
-    for one in sorted(path.iterdir()):
-        if one.suffix.lower() in _SUFFIXES:
-            picture = cv2.imread(str(one))
-            if picture is None:
-                raise SetcmasError(f"'{one}' is not a picture")
-            yield picture
-
-
-def _frames(video: cv2.VideoCapture) -> Iterator[Picture]:
+def _recording(source: str) -> Iterator[Shot]:
+    """Yield the pictures of a video, or of a series such as 'pictures/%03d.png', at their rate."""
+    video = cv2.VideoCapture(source) if Path(source).is_file() or '%' in source else None
+    if not (video and video.isOpened()):
+        raise SetcmasError(
+            f"'{source}' is no source of pictures; it must be the number of a camera, such as 0, "
+            'a video file, or a series of pictures, such as pictures/%03d.png'
+        )
+    period = 1.0 / video.get(cv2.CAP_PROP_FPS)
+    shown = time.time()
     while (frame := video.read())[0]:
-        yield frame[1]
+        yield shown, frame[1]
+        time.sleep(max(0.0, shown + period - time.time()))
+        shown = time.time()
 
 
 class NewestPicture:

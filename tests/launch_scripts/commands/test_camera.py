@@ -5,7 +5,7 @@ from processes import refuses, run_here
 
 pytest.importorskip('cv2')
 
-from camera_scene import FOLDER, camera, scene
+from camera_scene import VIDEO, camera, scene
 from msgspec.structs import replace
 
 from setcmas_expe.mocap.camera_file import load_cameras, write_cameras
@@ -19,7 +19,7 @@ def folder(tmp_path):
 
 
 def write(folder, **changes):
-    begun = replace(camera(), source=str(FOLDER), pose=None)
+    begun = replace(camera(), source=VIDEO, pose=None)
     write_cameras(replace(scene(begun), **changes), folder / 'camera.yaml')
 
 
@@ -39,8 +39,8 @@ def test_mistakes_are_one_line(folder):
     write(folder, cameras=())
     refuses(*floor, message='camera.yaml, line 1: there is no camera; begin with', cwd=folder)
     refuses('camera', 'no.yaml', message='no.yaml', cwd=folder)
-    lens = ('camera', 'new.yaml', '--calibrate', 'lens', '--source', str(FOLDER))
+    lens = ('camera', 'new.yaml', '--calibrate', 'lens', '--source', VIDEO)
     refuses(*lens, message='the board was seen in 0 places: 15 more views', cwd=folder)
     assert not (folder / 'new.yaml').exists()
-    lens = ('camera', 'no/new.yaml', '--calibrate', 'lens', '--source', str(FOLDER))
+    lens = ('camera', 'no/new.yaml', '--calibrate', 'lens', '--source', VIDEO)
     refuses(*lens, message="there is no folder 'no'", cwd=folder)
