@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,23 +17,18 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.message_content import Mailbox, Value
-from setcmas_ctrl.communication.triggering_conditions import CTC as CONDITION
-from setcmas_ctrl.communication.triggering_conditions import (
-    further_than,
-    takes_velocities,
-)
-from setcmas_ctrl.control_law import ControlLaw
+from setcmas_ctrl.communication.triggering_conditions import further_than
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_ctrl.laws.script_loader import load_script, names_to_set
 from setcmas_ctrl.si_to_uni import si_to_uni
-from setcmas_ctrl.si_to_uni_script import load_conversion
 from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import Function
-from setcmas_tools.grade.rubric import TypicalMistake
+from setcmas_tools.grade.rubric import SUBMITTED, TypicalMistake
 from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.scenario import Scenario
+from setcmas_tools.submissions.robot_functions import RobotFunction, asking, robot_function
 
 CLOSE = 0.011
 """Difference of velocities in m/s up to which calls agree: a little more than the dead band."""
@@ -192,16 +186,13 @@ def calls_of(
     may_differ = _MAY_DIFFER[function]
     calls = Calls(name, base, rows[0][:, 0], own, limit, np.zeros(own.shape[:2]), may_differ)
     replays = [_Replayed(one, calls, function) for one in altered if not one.is_out]
-    robots = range(1, base.nb_robots + 1)
-    repetitions = {robot: _Repetition(robot, calls, replays) for robot in robots}
-    if function is Function.CONDITION:
-        played = base.replace(ctc={robot: one.ctc for robot, one in repetitions.items()})
-    elif function is Function.SI_TO_UNI:
-        played = base.replace(si_to_uni={i: one.si_to_uni for i, one in repetitions.items()})
-    else:
-        sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
-        laws = {robot: partial(one.control, sent) for robot, one in repetitions.items()}
-        played = base.replace(set={}).replace(algo=laws)
+    sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
+    repeated = {
+        robot: asking(function, _Repetition(robot, calls, replays, function, sent))
+        for robot in range(1, base.nb_robots + 1)
+    }
+    played = base.replace(set={}) if function is Function.CONTROL else base
+    played = played.replace(**{SUBMITTED[function][0]: repeated})
     with silent():
         again = simulate(played, warn=lambda _: None)
     calls.answers |= {one.altered.name: one.answers for one in replays if not one.altered.is_out}
@@ -259,6 +250,7 @@ class _Replayed:
         except Exception:  # it fails where the submission does not
             self.altered.is_out = True
             return
+        answer = [*answer, 0.0][:2]  # a condition has one number
         self.answers[call, robot - 1] = answer
         if not self.altered.is_kept:
             own = self._calls.own[call, robot - 1]
@@ -266,74 +258,53 @@ class _Replayed:
             self._left -= bool(apart @ apart > CLOSE * CLOSE)
             self.altered.is_out = self._left < 0
 
-    def _law(self, robot: int) -> Callable[..., Any]:
+    def _law(self, robot: int) -> RobotFunction:
         """Load the law, condition or si_to_uni of a robot."""
         base, script = self._calls.scenario, self.altered.script
-        if self._function is Function.SI_TO_UNI:
-            return load_conversion(script, robot) if script else _built_in
-        if self._function is Function.CONTROL and script:
-            settings = dict(base.law.set)
-            if name := self.altered.constant:
-                own = settings.get(name, vars(load_script(script, robot))[name])
-                self._calls.values[name] = own
-                settings[name] = 2 * own
-            return ControlLaw(script, robot, base.nb_robots, settings)
-        condition: Any = further_than(base.communication.threshold)
-        if script:
-            condition = vars(load_script(script, robot, CONDITION))['ctc']
-        with_velocities = takes_velocities(condition, str(script))
-
-        def sends(*given: Any) -> Any:
-            *states, t = given
-            states = states if with_velocities else states[::2]
-            return bool(condition(*states, t)), 0.0
-
-        return sends
+        settings = dict(base.law.set) if self._function is Function.CONTROL else {}
+        if script and (name := self.altered.constant):
+            own = settings.get(name, vars(load_script(script, robot))[name])
+            self._calls.values[name] = own
+            settings[name] = 2 * own
+        built_in = {
+            Function.CONDITION: further_than(base.communication.threshold),
+            Function.SI_TO_UNI: _built_in,
+        }
+        chosen = script or built_in[self._function]
+        return robot_function(self._function, chosen, robot, base.nb_robots, settings)
 
 
 class _Repetition:
-    """The functions of a robot that repeats what the submission answered, and asks solutions."""
+    """Repeats what a robot's function of the submission answered, and asks solutions."""
 
-    def __init__(self, robot: int, calls: Calls, replays: Sequence[_Replayed]) -> None:
+    def __init__(
+        self,
+        robot: int,
+        calls: Calls,
+        replays: Sequence[_Replayed],
+        function: Function,
+        sent: Mapping[tuple[int, float], Value],
+    ) -> None:
         self._robot, self._calls, self._replays = robot, calls, replays
+        self._function, self._sent = function, sent
         self._numbers = iter(range(len(calls.t)))
 
-    def _answer(self, heading: float, *given: Any) -> tuple[float, float]:
-        """Return the answer of a call; given are the arguments of the law or other function."""
-        call = next(self._numbers)
+    def __call__(self, *given: Any) -> tuple[float, ...]:
+        """Return the answer of a call; given are the arguments of a `robot_function`."""
+        call, is_law = next(self._numbers), self._function is Function.CONTROL
+        if self._function is Function.CONDITION:
+            pos, _, last_pos, *_ = given
+            heading = np.hypot(*(pos - last_pos)[:2])
+        else:
+            heading = given[0][2, self._robot - 1] if is_law else given[1][2]
         self._calls.heading[call, self._robot - 1] = heading
-        for one in self._replays:
-            one.answer(self._robot, call, *given)
-        first, second = self._calls.own[call, self._robot - 1].tolist()
-        return first, second
-
-    def control(
-        self,
-        sent: Mapping[tuple[int, float], Value],
-        robotNo: int,
-        nbRobots: int,
-        poses: Floats,
-        t: float,
-    ) -> tuple[float, float]:
-        """Return the velocity of the submission, and send what it has sent."""
-        del robotNo, nbRobots
-        adjacency = network.adjacency()
-        with network.exchanged_by(Mailbox(t, network.contents())):
-            velocity = self._answer(poses[2, self._robot - 1], poses, t, adjacency)
-        if (self._robot, round(t, 6)) in sent:
-            network.send(sent[self._robot, round(t, 6)])
-        return velocity
-
-    def si_to_uni(
-        self, velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
-    ) -> tuple[float, float]:
-        """Return V and omega of the submission."""
-        return self._answer(pose[2], velocity, pose, komega)
-
-    def ctc(self, pos: Any, vit: Any, last_pos: Any, last_vit: Any, t: float) -> bool:
-        """Return whether the condition of the submission holds."""
-        gone = np.hypot(*(pos - last_pos)[:2])
-        return bool(self._answer(gone, pos, vit, last_pos, last_vit, t)[0])
+        mailbox = Mailbox(given[1], network.contents()) if is_law else None
+        with network.exchanged_by(mailbox):
+            for one in self._replays:
+                one.answer(self._robot, call, *given)
+        if is_law and (key := (self._robot, round(given[1], 6))) in self._sent:
+            network.send(self._sent[key])
+        return tuple(self._calls.own[call, self._robot - 1].tolist())
 
 
 def _built_in(

@@ -30,7 +30,7 @@ from setcmas_tools.run.run_tables import read_tables
 from setcmas_tools.run.scenario import Scenario, options
 from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder
 
-_SUBMITTED = {
+SUBMITTED = {
     Function.CONTROL: ('algo', 'exercise'),
     Function.CONDITION: ('ctc', 'event_triggered'),
     Function.SI_TO_UNI: ('si_to_uni',),
@@ -65,7 +65,7 @@ class MarkedScenario:
             submission: A script, a function, or a function for each robot, {1: ..., 2: ...}.
             function: Which function the submission is, one of FUNCTIONS.
         """
-        return self.base.replace(**{_SUBMITTED[function][0]: submission})
+        return self.base.replace(**{SUBMITTED[function][0]: submission})
 
     def shown(self) -> MarkedScenario:
         """Return the scenario without hidden criteria."""
@@ -330,7 +330,7 @@ def _scenarios(entry: Entry, function: Function, is_compared: bool) -> tuple[Mar
 
 def _scenario(entry: Entry, function: Function) -> MarkedScenario:
     """Return the scenario of an entry of a rubric."""
-    values = (name for name in options() if name not in _SUBMITTED[function])
+    values = (name for name in options() if name not in SUBMITTED[function])
     fields = entry.fields((*_OWN, *values))
     for name in ('name', 'criteria'):
         if name not in fields:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
@@ -21,7 +21,6 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.message_content import decoded, encoded
 from setcmas_ctrl.laws.script_errors import ControlError, StopCall, safe_text
-from setcmas_simu.arrays import Floats
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade.mark_records import Failure, ScenarioRun
 from setcmas_tools.grade.rubric import MarkedScenario
@@ -31,11 +30,10 @@ from setcmas_tools.submissions.confined_program import (
     FOLDER,
     RUN,
     Answer,
-    Refusal,
-    Reply,
     Request,
     RunWork,
 )
+from setcmas_tools.submissions.robot_functions import asking
 from setcmas_tools.submissions.sandbox import ConfinedProcess, NoProcessError, ProcessEndedError
 from setcmas_tools.submissions.submissions import Submission
 
@@ -136,72 +134,51 @@ class RunScript:
         Raises:
             LostError: It cannot be loaded.
         """
-        kinds: dict[Function, Callable[[int], Callable[..., Any]]] = {
-            Function.CONTROL: self._law,
-            Function.CONDITION: self._condition,
-            Function.SI_TO_UNI: partial(self._conversion, 1.0 / marked.base.law.rate),
-        }
-        function, robots = kinds[self._work.function], range(1, self._work.nb_robots + 1)
+        function, robots = self._work.function, range(1, self._work.nb_robots + 1)
         for robot in robots:
             answer = self._asked(Request(robot), Function.LOADING, Failure(''))
-            if isinstance(answer, Refusal):
-                self._lose(Failure(answer.message))
-        functions = {robot: function(robot) for robot in robots}
-        return marked.with_submission(functions, self._work.function)
+            if answer.error:
+                self._lose(Failure(answer.error))
+        period = 1.0 / marked.base.law.rate
+        functions = {
+            robot: asking(function, partial(self._numbers, robot, count(0.0, period)))
+            for robot in robots
+        }
+        return marked.with_submission(functions, function)
 
-    def _law(self, robot: int) -> Callable[[int, int, Floats, float], tuple[float, float]]:
-        def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> tuple[float, float]:
-            del robotNo, nbRobots
-            adjacency = network.adjacency()
-            received = {sender: encoded(content) for sender, content in network.contents().items()}
-            request = Request(robot, t, _bytes(poses), _bytes(adjacency), received)
-            vx, vy = self._numbers(request, 2)
-            return vx, vy
-
-        return control
-
-    def _condition(self, robot: int) -> Callable[..., bool]:
-        def ctc(pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float) -> bool:
-            request = Request(robot, t, _bytes(pos, vit, last_pos, last_vit))
-            return self._numbers(request, 1) != (0.0,)
-
-        return ctc
-
-    def _conversion(self, period: float, robot: int) -> Callable[..., tuple[float, float]]:
-        times = count()
-
-        def si_to_uni(
-            velocity: tuple[float, float], pose: tuple[float, float, float], komega: float
-        ) -> tuple[float, float]:
-            numbers = np.array([*velocity, *pose, komega])
-            V, omega = self._numbers(Request(robot, next(times) * period, _bytes(numbers)), 2)
-            return V, omega
-
-        return si_to_uni
-
-    def _numbers(self, request: Request, size: int) -> tuple[float, ...]:
+    def _numbers(self, robot: int, times: Iterator[float], *arguments: Any) -> tuple[float, ...]:
         """Return the numbers that a robot's function returns, and send what it sends.
+
+        `times` are those of its calls in s, which si_to_uni does not get.
 
         Raises:
             ControlError: It fails.
             LostError: Its process has ended.
         """
-        here = Failure('', robot=request.robot, t=request.t)
-        answer = self._asked(request, self._work.function, here)
+        function, received = self._work.function, {}
+        t = next(times)
+        if function is Function.CONTROL:
+            t = arguments[1]
+            received = {sender: encoded(content) for sender, content in network.contents().items()}
+        elif function is Function.CONDITION:
+            t = arguments[-1]
+        here = Failure('', robot=robot, t=t)
+        plain = [np.asarray(one).tolist() for one in arguments]
+        answer = self._asked(Request(robot, plain, received), function, here)
         try:
-            if sent := answer.messages.sent:
-                network.send(decoded(sent).value)
-            elif answer.messages.are_used:
+            if answer.sent:
+                network.send(decoded(answer.sent).value)
+            elif answer.uses_messages:
                 network.received()
         # RuntimeError: a triggering condition must not use the network.
         except (TypeError, ValueError, OverflowError, RuntimeError):
             self._lose(replace(here, message=_INVALID))
-        if isinstance(answer, Reply):
-            if len(answer.numbers) != size:
-                self._lose(replace(here, message=_INVALID))
-            return answer.numbers
-        self._note(replace(here, message=answer.message))
-        raise ControlError(answer.message, answer.message)
+        if answer.error:
+            self._note(replace(here, message=answer.error))
+            raise ControlError(answer.error, answer.error)
+        if len(answer.numbers) != (1 if function is Function.CONDITION else 2):
+            self._lose(replace(here, message=_INVALID))
+        return answer.numbers
 
     def _asked(self, request: Request, what: Function, here: Failure) -> Answer:
         """Return what the process answers for a robot.
@@ -238,10 +215,6 @@ class RunScript:
         self.failure = self.failure or failure
 
 
-def _bytes(*arrays: Floats) -> bytes:
-    return b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
-
-
 _decoded = msgspec.msgpack.Decoder(Answer).decode
 
 
@@ -251,6 +224,6 @@ def _answer(content: bytes) -> Answer | None:
         sent = _decoded(content)
     except (msgspec.MsgspecError, RecursionError):
         return None
-    if isinstance(sent, Reply):
-        return sent if all(map(math.isfinite, sent.numbers)) else None
-    return Refusal(safe_text(str, sent.message), sent.messages)
+    error = safe_text(str, sent.error) if sent.error else ''
+    is_finite = all(map(math.isfinite, sent.numbers))
+    return msgspec.structs.replace(sent, error=error) if is_finite else None

@@ -10,6 +10,7 @@ import faulthandler
 import os
 import re
 import signal
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -26,18 +27,11 @@ from setcmas_ctrl.communication.message_content import (
     decoded,
     encoded,
 )
-from setcmas_ctrl.communication.triggering_conditions import (
-    CTC,
-    takes_velocities,
-    triggering,
-)
-from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.laws.script_errors import ControlError
-from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
-from setcmas_ctrl.si_to_uni_script import load_conversion
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
+from setcmas_tools.submissions.robot_functions import RobotFunction, robot_function
 from setcmas_tools.submissions.submissions import Packed, read_submission
 from setcmas_tools.submissions.submitted_files import lay_out
 
@@ -112,50 +106,34 @@ class RunWork(msgspec.Struct, frozen=True):
 
 
 class Request(msgspec.Struct, frozen=True):
-    """A call of a robot's function; without numbers, the script is loaded for the robot.
+    """A call of a robot's function; without arguments, the script is loaded for the robot.
 
     Attributes:
-        t: Time in s.
-        numbers: The arrays that the function takes, as the bytes of their float64 numbers.
-        adjacency: The adjacency matrix likewise, for a law.
+        arguments: Those of `robot_function`; arrays and tuples as lists.
         received: What the robot has received, by sender, as JSON.
         timeout: How long the call may take, in s.
     """
 
     robot: int
-    t: float = 0.0
-    numbers: bytes = b''
-    adjacency: bytes = b''
+    arguments: list[Any] = []
     received: dict[int, str] = {}
     timeout: float = 0.0
 
 
-class MessageUse(msgspec.Struct, frozen=True):
-    """Use of messages in a call: whether the law used any, and what it sent, as JSON or ''."""
+class Answer(msgspec.Struct, frozen=True):
+    """What a function returns, or its error; a script that is loaded returns no numbers.
 
-    are_used: bool = False
-    sent: str = ''
-
-
-class Refusal(msgspec.Struct, frozen=True, tag=True):
-    """An error instead of an answer."""
-
-    message: str
-    messages: MessageUse = MessageUse()
-
-
-class Reply(msgspec.Struct, frozen=True, tag=True):
-    """What a function returns: vx and vy, V and omega, or 1 or 0 for whether a condition holds.
-
-    A script that is loaded replies no numbers.
+    Attributes:
+        numbers: Those of `robot_function`.
+        error: The message of an error; '' without one.
+        uses_messages: Whether the law has used messages.
+        sent: The message that it has sent, as JSON; '' for none.
     """
 
     numbers: tuple[float, ...] = ()
-    messages: MessageUse = MessageUse()
-
-
-Answer = Reply | Refusal
-Answering = Callable[[Request], Answer]
+    error: str = ''
+    uses_messages: bool = False
+    sent: str = ''
 
 
 class ConfinedScript:
@@ -164,89 +142,57 @@ class ConfinedScript:
     def __init__(self, work: RunWork) -> None:
         self.work = work
         self._path = Path()
-        self._functions: dict[int, Answering] = {}
+        self._functions: dict[int, RobotFunction] = {}
 
     @seeded_generators()
     def serve(self, receive: Callable[[], bytes], send: Callable[[bytes], None]) -> None:
         """Answer requests until there are no more."""
         self._path = Path(self.work.script).resolve()
         seed_scripts(self.work.seed)
-        decoded = msgspec.msgpack.Decoder(Request).decode
+        decode = msgspec.msgpack.Decoder(Request).decode
         while True:
-            send(msgspec.msgpack.encode(self._answer(decoded(receive()))))
+            send(msgspec.msgpack.encode(self._answer(decode(receive()))))
 
     def _answer(self, request: Request) -> Answer:
         """Answer a request; the process ends if that takes too long."""
+        received = {sender: decoded(one) for sender, one in request.received.items()}
+        mailbox = Mailbox(0.0, received)
+        numbers: tuple[float, ...] = ()
+        text = ''
         if _set_timer:
             _set_timer(_TIMER, request.timeout)
         try:
-            if not request.numbers:
-                return self._loaded(request.robot)
-            return self._functions[request.robot](request)
+            numbers = self._called(request, mailbox)
         except (ControlError, SetcmasError) as error:
-            return Refusal(_shown(error))
+            text = _shown(error)
         finally:
             if _set_timer:
                 _set_timer(_TIMER, 0)
+        sent = '' if mailbox.sent is None else encoded(Content(mailbox.t, mailbox.sent))
+        return Answer(numbers, text, mailbox.are_used, sent)
 
-    def _loaded(self, robot: int) -> Reply:
-        """Load the script for a robot."""
-        kinds = {
-            Function.CONTROL: self._law,
-            Function.CONDITION: self._condition,
-            Function.SI_TO_UNI: self._conversion,
-        }
-        self._functions[robot] = kinds[self.work.function](robot)
-        return Reply()
-
-    def _law(self, robot: int) -> Answering:
-        law = ControlLaw(self._path, robot, self.work.nb_robots, self.work.settings)
-
-        def answer(request: Request) -> Answer:
-            poses = np.frombuffer(request.numbers).reshape(3, -1)
-            adjacency = np.frombuffer(request.adjacency).reshape(2 * poses.shape[1:])
-            received = {sender: decoded(one) for sender, one in request.received.items()}
-            mailbox = Mailbox(request.t, received)
-            try:
-                with network.exchanged_by(mailbox):
-                    vx, vy = law(poses, request.t, adjacency)
-            except ControlError as error:
-                return Refusal(_shown(error), _messages(mailbox))
-            return Reply((float(vx), float(vy)), _messages(mailbox))
-
-        return answer
-
-    def _condition(self, robot: int) -> Answering:
-        path = self._path
-        condition: Any = vars(load_script(path, robot, CTC)).get('ctc')
-        triggers = triggering(condition, path)
-        places = slice(None, None, 1 if takes_velocities(condition, path.name) else 2)
-
-        def answer(request: Request) -> Reply:
-            states = np.frombuffer(request.numbers).reshape(4, 3).copy()
-            (answer,) = triggers(*states[places], request.t)
-            return Reply((float(answer),))
-
-        return answer
-
-    def _conversion(self, robot: int) -> Answering:
-        convert = load_conversion(self._path, robot)
-
-        def answer(request: Request) -> Reply:
-            vx, vy, *pose, komega = np.frombuffer(request.numbers).tolist()
-            return Reply(tuple(map(float, convert((vx, vy), tuple(pose), komega))))
-
-        return answer
-
-
-def _messages(mailbox: Mailbox) -> MessageUse:
-    sent = '' if mailbox.sent is None else encoded(Content(mailbox.t, mailbox.sent))
-    return MessageUse(mailbox.are_used, sent)
+    def _called(self, request: Request, mailbox: Mailbox) -> tuple[float, ...]:
+        """Call the function of a robot, or load it."""
+        work, robot, function = self.work, request.robot, self.work.function
+        if not request.arguments:
+            self._functions[robot] = robot_function(
+                function, self._path, robot, work.nb_robots, work.settings
+            )
+            return ()
+        kind: Any = tuple if function is Function.SI_TO_UNI else np.array
+        given = [kind(one) if isinstance(one, list) else one for one in request.arguments]
+        if function is Function.CONTROL:
+            mailbox.t = given[1]
+        with network.exchanged_by(mailbox):
+            return tuple(map(float, self._functions[robot](*given)))
 
 
 def _shown(error: Exception) -> str:
-    """Return a message with files relative to the folder of the submission."""
-    return re.sub(rf'[^\s\'"]*/{FOLDER}/', '', str(error)[:_LONGEST_TEXT])
+    """Return a message with files relative to the submission, or to the folders of packages."""
+    text = re.sub(rf'[^\s\'"(]*/{FOLDER}/', '', str(error)[:_LONGEST_TEXT])
+    for place in sorted({*sys.path} - {''}, key=len, reverse=True):
+        text = text.replace(f'{place}/', '')
+    return text
 
 
 def main() -> None:
