@@ -104,7 +104,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         import jinja2  # noqa: F401
 
     from setcmas_tools.grade.class_grading import NOT_RUN, Grader, grade, read_class
-    from setcmas_tools.grade.corrections import Corrections, read_corrections
+    from setcmas_tools.grade.corrections import corrected, read_corrections
     from setcmas_tools.grade.gradebook import marks_table, pages_of, tables_of
     from setcmas_tools.grade.submission_run import Times
 
@@ -114,10 +114,10 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
         raise SetcmasError(f"move '{misplaced}' to '{folder}', or name it with --corrections")
     file = args.corrections or folder / CORRECTIONS
     is_used = args.corrections or file.is_file()
-    corrections = read_corrections(file, students, rubric) if is_used else Corrections()
+    changes = read_corrections(file, students, rubric) if is_used else []
     grader = Grader(rubric, Times(options.call_timeout, options.timeout), not options.trust)
     graded = grade(submissions, grader, folder, options.jobs)
-    marks = [corrections.applied(one) for one in graded]
+    marks = [corrected(one, changes) for one in graded]
     tables = tables_of(marks)
     _write(folder, tables, pages_of(marks))
     print(marks_table(marks))  # after the files: the reader of the output may be gone

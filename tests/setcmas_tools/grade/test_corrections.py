@@ -7,7 +7,7 @@ import pytest
 from graded_classes import marks_of
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grade.corrections import read_corrections
+from setcmas_tools.grade import corrections
 from setcmas_tools.grade.gradebook import pages_of, tables_of
 from setcmas_tools.grade.mark_records import Failure
 from setcmas_tools.grade.rubric import read_rubric
@@ -42,8 +42,8 @@ def corrected(tmp_path):
         (tmp_path / 'corrections.yaml').write_text(text)
         students = [(one.submission, one.student) for one in marks]
         rubric = read_rubric(tmp_path / 'rubric.yaml')
-        found = read_corrections(tmp_path / 'corrections.yaml', students, rubric)
-        return [found.applied(one) for one in marks]
+        changes = corrections.read_corrections(tmp_path / 'corrections.yaml', students, rubric)
+        return [corrections.corrected(one, changes) for one in marks]
 
     return read
 
