@@ -38,9 +38,7 @@ def limit(name, value):
 TRIES = {
     # reads
     'solution': 'opens(PLACE + "/solution.py")',
-    'other submission': 'opens(PLACE + "/class/ada.py")',
     'symbolic link': 'os.symlink(PLACE + "/rubric.yaml", "link") or opens("link")',
-    'hard link': 'os.link(PLACE + "/rubric.yaml", "hard") or opens("hard")',
     'environment of the grader': 'opens(f"/proc/{GRADER}/environ")',
     'memory of the grader': 'open(f"/proc/{GRADER}/maps").read() != ""',
     'processes': 'any(map(str.isdigit, os.listdir("/proc")))',
@@ -80,7 +78,7 @@ TRIES = {
 """What a submission tries, by name: an expression that is true where it works."""
 
 WORK_WITHOUT = {
-    'solution', 'other submission', 'symbolic link', 'hard link', 'checkout', 'shipped law',
+    'solution', 'symbolic link', 'checkout', 'shipped law',
     'marks', 'TCP', 'abstract socket', 'signal', 'shared memory', 'memory of the grader',
     'processes', 'hardware',
 }  # fmt: skip
@@ -133,16 +131,14 @@ ENDS = _bodies({
     'nothing': ('os.write(4, bytes(4)); os.close(4)', 'invalid reply'),
     'huge length': ('os.write(4, b"\\xff" * 4)', 'wrote on its connection'),
     'not a number': (
-        'data = msgspec.msgpack.encode({"type": "Reply", "numbers": [float("nan"), 0.0]})\n'
+        'data = msgspec.msgpack.encode({"numbers": [float("nan"), 0.0]})\n'
         '    os.write(4, struct.pack("<I", len(data)) + data); os.close(4)', 'invalid reply',
     ),
     'nested data': (
         'os.write(4, struct.pack("<I", 8000) + b"\\x91" * 8000); os.close(4)', 'invalid reply'
     ),
-    'many dimensions': (
-        'sent = {"dimensions": [["a", -9, 2**62]], "numbers": []}\n'
-        '    data = msgspec.msgpack.encode({"type": "Reply", "numbers": [0.0, 0.0],\n'
-        '        "messages": {"are_used": True, "sent": sent}})\n'
+    'no message': (
+        'data = msgspec.msgpack.encode({"numbers": [0.0, 0.0], "sent": "{}"})\n'
         '    os.write(4, struct.pack("<I", len(data)) + data); os.close(4)', 'invalid reply',
     ),
     'place': (

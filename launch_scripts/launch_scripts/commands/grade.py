@@ -108,7 +108,7 @@ def _grade(args: argparse.Namespace, rubric: Rubric, options: GradeOptions, fold
     from setcmas_tools.grade.gradebook import marks_table, pages_of, tables_of
     from setcmas_tools.grade.submission_run import Times
 
-    submissions = read_class(args.folder, rubric, options.jobs, not options.trust)
+    submissions = read_class(args.folder, rubric, not options.trust)
     students = [(one.name, one.student) for one in submissions]
     if not args.corrections and (misplaced := args.folder / CORRECTIONS).is_file():
         raise SetcmasError(f"move '{misplaced}' to '{folder}', or name it with --corrections")

@@ -5,10 +5,8 @@ from __future__ import annotations
 import hashlib
 import logging
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -24,30 +22,18 @@ from setcmas_tools.grade.mark_records import Marks
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.submission_run import SandboxRunner, Times
-from setcmas_tools.submissions.confined_program import READ
 from setcmas_tools.submissions.likeness import Print, Similar, fingerprint, likenesses
-from setcmas_tools.submissions.sandbox import (
-    ConfinedProcess,
-    ProcessEndedError,
-    obstacle,
-)
-from setcmas_tools.submissions.submissions import Packed, Submission, find_submissions
+from setcmas_tools.submissions.sandbox import obstacle
+from setcmas_tools.submissions.submissions import Submission, read_submissions
 
 _DPI = 80  # of the pictures on pages
-_READ_S = 60.0
-_MOST_READ = 1 << 26  # bytes of an unpacked submission, with its fingerprint
 
 
-def read_class(
-    place: Path, rubric: Rubric, jobs: int | None, is_confined: bool
-) -> list[Submission]:
+def read_class(place: Path, rubric: Rubric, is_confined: bool) -> list[Submission]:
     """Return the submissions in a folder or a zip file, sorted by students' names.
 
-    Each is unpacked in the sandbox.
-
     Raises:
-        SetcmasError: There are none, they cannot be confined, or the machine cannot run more
-            processes; the message says what to do.
+        SetcmasError: There are none, or they cannot be confined; the message says what to do.
     """
     if is_confined and (reason := obstacle()):
         raise SetcmasError(
@@ -55,29 +41,7 @@ def read_class(
             'do whatever you can'
         )
     exercise = EXERCISES.file(rubric.exercise).read_bytes() if rubric.exercise else b''
-    packed = find_submissions(place, rubric.function, exercise)
-    with ThreadPoolExecutor(jobs) as pool:
-        read = pool.map(partial(read_apart, is_confined=is_confined), packed)
-        return sorted(read, key=lambda one: (one.student.name.casefold(), one.name))
-
-
-def read_apart(packed: Packed, is_confined: bool = True) -> Submission:
-    """Unpack a submission in a process of its own, which its files can harm alone.
-
-    Raises:
-        NoProcessError: The process does not start.
-    """
-    late = f'it takes longer than {_READ_S:g} s to unpack'
-    try:
-        with ConfinedProcess(is_confined, READ + msgspec.msgpack.encode(packed)) as process:
-            answer = process.answer(b'', _READ_S, late, _MOST_READ)
-        read = msgspec.msgpack.decode(answer, type=Submission)
-    except ProcessEndedError as error:
-        read = Submission('', packed.student, problem=f'it cannot be unpacked: {error}')
-    except (msgspec.MsgspecError, RecursionError):
-        read = Submission('', packed.student, problem='it cannot be unpacked')
-    # What it says of itself may be forged; marks and corrections go by name.
-    return replace(read, name=packed.name, student=packed.student)
+    return read_submissions(place, rubric.function, exercise)
 
 
 @dataclass(frozen=True)

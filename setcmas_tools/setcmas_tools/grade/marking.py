@@ -6,7 +6,7 @@ the submission got, so that neither the paths nor the timing of earlier calls ma
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
@@ -83,18 +83,16 @@ def _hinted(
 
     A failing script gets none, which would distract from its error.
     """
-    pairs = list(zip(rubric.scenarios, runs, strict=True))
-    known = [
-        (one, done.run)
-        for one, done in pairs
-        if done.run and done.is_complete and not done.failure and not one.hidden
-    ]
-    names = [one.name for one, _ in known]
+    known = {
+        scenario.name: (scenario, done.run)
+        for scenario, done in zip(rubric.scenarios, runs, strict=True)
+        if done.run and done.is_complete and not done.failure and not scenario.hidden
+    }
     for place, scenario in enumerate(marks):
         missed = [one for one in scenario.criteria if not (one.is_full or one.hidden)]
-        if missed and scenario.name in names:
-            [own] = [one for one in pairs[place][0].criteria if one.name == missed[0].name]
-            text = diagnosis(rubric, known, own.hint)
+        if missed and scenario.name in known:
+            [own] = [one for one in known[scenario.name][0].criteria if one.name == missed[0].name]
+            text = diagnosis(rubric, [*known.values()], own.hint)
             hinted = replace(missed[0], hint=text or missed[0].hint)
             criteria = (hinted if one is missed[0] else one for one in scenario.criteria)
             own_marks = replace(scenario, criteria=tuple(criteria))
@@ -154,28 +152,23 @@ def _why_none(metric: str, figures: Mapping[str, float | None], done: ScenarioRu
 
 
 def _paths(run: Run | None, solution: Run | None) -> tuple[RobotPath, ...]:
-    own, wanted = (_thinned(one) if one else {} for one in (run, solution))
+    own, wanted = (
+        {robot: _thinned(one, robot) for robot in one.robots} if one else {}
+        for one in (run, solution)
+    )
     robots = sorted({*own, *wanted})
     return tuple(RobotPath(i, own.get(i, ()), wanted.get(i, ())) for i in robots)
 
 
-def _thinned(run: Run) -> dict[int, tuple[tuple[float, float], ...]]:
-    """Return points of the path of each robot: its first, its last, and some between."""
-    if not len(run.table.t):
-        return {}
-    return {robot: _points(run.table.of(robot).x, run.table.of(robot).y) for robot in run.robots}
+def _thinned(run: Run, robot: int) -> tuple[tuple[float, float], ...]:
+    """Return points of the path of a robot: its first, its last, and some between."""
+    path = np.column_stack([run.table.of(robot).x, run.table.of(robot).y])
+    known = path[np.isfinite(path).all(axis=1)]
+    chosen = np.linspace(0, len(known) - 1, min(len(known), _POINTS)).round().astype(int)
+    points = np.round(known[chosen], _DECIMALS) + 0.0
+    return tuple((x, y) for x, y in points.tolist())
 
 
-def _points(x: Floats, y: Floats) -> tuple[tuple[float, float], ...]:
-    known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    if not len(known):
-        return ()
-    chosen = known[np.linspace(0, len(known) - 1, min(len(known), _POINTS)).round().astype(int)]
-    points = np.round(np.column_stack([x, y])[chosen], _DECIMALS) + 0.0
-    return tuple((px, py) for px, py in points.tolist())
-
-
-_DIGITS = 9
 _COMPARED_DECIMALS = 6  # fewer than the last bits, in which machines and sandboxes differ
 _LEAST_M_S = 0.05  # slower velocities do not count: laws may have dead bands
 _STILL_M_S = 1e-3  # slower velocities have no direction
@@ -184,7 +177,7 @@ _STILL_M_S = 1e-3  # slower velocities have no direction
 def compared(
     scenario: MarkedScenario, run: Run, solution: Run, script: Path | None, function: Function
 ) -> dict[str, float | None]:
-    """Return comparisons that criteria ask for by name, with 9 digits; None for missing ones.
+    """Return comparisons that criteria ask for by name, with 6 decimals; None for missing ones.
 
     Args:
         scenario: The scenario and its criteria.
@@ -193,33 +186,30 @@ def compared(
         script: The solution; None is the default condition or si_to_uni, or unknown.
         function: What answers: a control law, a triggering condition, or si_to_uni.
     """
-    names = {one.metric for one in scenario.criteria}
+    names = COMPARED.keys() & {one.metric for one in scenario.criteria}
     _, apart = distances_between(run, solution)
     distances = np.array([*apart.values()])
     if not np.isfinite(distances).any():
-        return dict.fromkeys(COMPARED.keys() & names)
-    calls = None
-    is_law = function is Function.CONTROL
-    if {*OF_ANSWERS} & names and (script or not is_law):
+        return dict.fromkeys(names)
+    calls, is_law = None, function is Function.CONTROL
+    if names & {*OF_ANSWERS} and (script or not is_law):
         right = Altered(SOLUTION, script, is_kept=True)
         calls = calls_of('', scenario.base, run, function, [right])
     if calls and scenario.robots:
         calls = calls.of_robots(np.isin(np.arange(calls.own.shape[1]) + 1, scenario.robots))
-    numbers: dict[str, float | None] = {
-        'path_error': float(np.sqrt(np.nanmean(distances**2))),
-        'end_error': float(np.nanmax(distances[:, -1])),
-        'path_ratio': _ratio(run, solution),
-        'path_distance': _path_distance(run, solution) if 'path_distance' in names else None,
-        'answer_error': None,
-        'direction_error': _direction_error(calls) if calls and is_law else None,
+    answer_error = _sending_error if function is Function.CONDITION else _velocity_error
+    measures: dict[str, Callable[[], float | None]] = {
+        'path_error': lambda: np.sqrt(np.nanmean(distances**2)),
+        'end_error': lambda: np.nanmax(distances[:, -1]),
+        'path_ratio': lambda: _ratio(run, solution),
+        'path_distance': lambda: _path_distance(run, solution),
+        'answer_error': lambda: answer_error(calls) if calls else None,
+        'direction_error': lambda: _direction_error(calls) if calls and is_law else None,
     }
-    if calls:
-        is_condition = function is Function.CONDITION
-        numbers['answer_error'] = (_sending_error if is_condition else _velocity_error)(calls)
+    found = {name: measures[name]() for name in names}
     return {
-        name: None if number is None else float(f'{number:.{_DIGITS}g}')
-        for name, number in numbers.items()
-        if name in names
+        name: None if number is None else round(float(number), _COMPARED_DECIMALS)
+        for name, number in found.items()
     }
 
 
@@ -233,7 +223,8 @@ def _path_distance(run: Run, solution: Run) -> float:
     """Return the largest distance of a robot from the path of the solution in m."""
     own, wanted = (_paths_of(one.counted_grid) for one in (run, solution))
     robots = own.keys() & wanted.keys()
-    return round(max(_off(own[i], wanted[i]) for i in robots), _COMPARED_DECIMALS)
+    gaps = [np.hypot(*(own[i][:, None] - wanted[i]).transpose(2, 0, 1)) for i in robots]
+    return max(float(one.min(axis=1).max()) for one in gaps)
 
 
 def _paths_of(grid: FleetGrid) -> dict[int, Floats]:
@@ -242,19 +233,12 @@ def _paths_of(grid: FleetGrid) -> dict[int, Floats]:
     return {robot: np.column_stack([x, y])[np.isfinite(x + y)] for robot, x, y in rows}
 
 
-def _off(own: Floats, wanted: Floats) -> float:
-    """Return how far points, shape (K, 2), are at most from the nearest of others, in m."""
-    gaps = np.hypot(*(own[:, None] - wanted).transpose(2, 0, 1))
-    return float(gaps.min(axis=1).max())
-
-
 def _velocity_error(calls: Calls) -> float:
     """Return the median relative difference of answers, of the robot where it is largest.
 
     The median leaves freedom in moments such as turns, and when a law changes its target.
     """
-    errors = [_relative(*each, calls.limit) for each in _by_robot(calls)]
-    return round(max(errors), _COMPARED_DECIMALS)
+    return max(_relative(*each, calls.limit) for each in _by_robot(calls))
 
 
 def _direction_error(calls: Calls) -> float:
@@ -262,14 +246,14 @@ def _direction_error(calls: Calls) -> float:
 
     It does not depend on gains.
     """
-    return round(float(np.mean([_angle(*each) for each in _by_robot(calls)])), _COMPARED_DECIMALS)
+    return float(np.mean([_angle(*each) for each in _by_robot(calls)]))
 
 
 def _sending_error(calls: Calls) -> float:
     """Return the share of wrong decisions among those at which a state is or must be sent."""
     does, must = calls.own[..., 0] == 1, calls.solution[..., 0] == 1
     firsts = does.shape[1]  # which are sent whatever the condition is
-    return round(float((does != must).sum() / (firsts + (does | must).sum())), _COMPARED_DECIMALS)
+    return float((does != must).sum() / (firsts + (does | must).sum()))
 
 
 def _by_robot(calls: Calls) -> Iterator[tuple[Floats, Floats]]:

@@ -28,7 +28,6 @@ from setcmas_tools.offline.offline_simulation import simulate
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.submissions.confined_program import (
     FOLDER,
-    RUN,
     Answer,
     Request,
     RunWork,
@@ -99,7 +98,7 @@ class SandboxRunner:
         )  # fmt: skip
         if is_law:
             scenario = replace(scenario, base=base.replace(set={}))
-        with ConfinedProcess(self.is_confined, RUN + msgspec.msgpack.encode(work)) as process:
+        with ConfinedProcess(self.is_confined, msgspec.msgpack.encode(work)) as process:
             script = RunScript(process, work, self.times)
             try:
                 # The first error is in the marks.

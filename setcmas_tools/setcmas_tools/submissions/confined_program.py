@@ -1,4 +1,4 @@
-"""Program of a confined process: reads a submission, or runs its script for all robots of a run.
+"""Program of a confined process: runs the script of a submission for all robots of a run.
 
 It gets its work and requests on its standard input, and answers on its standard output; each
 message is a size and that many bytes. Messages are plain data.
@@ -32,15 +32,12 @@ from setcmas_ctrl.laws.script_seeds import seed_scripts, seeded_generators
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions.robot_functions import RobotFunction, robot_function
-from setcmas_tools.submissions.submissions import Packed, read_submission
 from setcmas_tools.submissions.submitted_files import lay_out
 
 SIZE = Struct('<I')
 """Before each message: its size in bytes."""
 READY = b'ready'
-"""First message of the confined process, before it unpacks or runs anything of a student."""
-READ, RUN = b'u', b'r'
-"""First byte of the work: unpack a submission, or run its script."""
+"""First message of the confined process, before it runs anything of a student."""
 _AMOUNTS = {
     'AS': 1 << 30, 'FSIZE': 1 << 24, 'NOFILE': 64, 'CORE': 0, 'MSGQUEUE': 0, 'MEMLOCK': 0,
     'SIGPENDING': 0, 'NPROC': 1,
@@ -199,15 +196,20 @@ def main() -> None:
     """Do the work that the grader sends."""
     connection = Connection(os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb'))
     errors = os.dup(2)
-    work = connection.receive()
-    act = _running(work[1:], errors) if work[:1] == RUN else _reading(work[1:])
+    script = ConfinedScript(msgspec.msgpack.decode(connection.receive(), type=RunWork))
+    Path(FOLDER).mkdir()
+    os.chdir(FOLDER)
+    if hasattr(signal, 'SIGALRM'):  # a call that hangs says where, and ends the process
+        faulthandler.register(signal.SIGALRM, errors, all_threads=False, chain=True)
+    limit(script.work.cpu)
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
         os.dup2(nowhere, stream)
     os.close(nowhere)
     connection.send(READY)
+    lay_out(script.work.files, Path.cwd())
     with suppress(EOFError):  # the grader has no more requests
-        act(connection)
+        script.serve(connection.receive, connection.send)
 
 
 def limit(cpu: int) -> None:
@@ -220,31 +222,3 @@ def limit(cpu: int) -> None:
         with suppress(AttributeError, ValueError, OSError):  # not every system has each
             hard = most + (name == 'CPU')  # SIGXCPU, whose name the grader knows, comes first
             resource.setrlimit(getattr(resource, f'RLIMIT_{name}'), (most, hard))
-
-
-def _reading(work: bytes) -> Callable[[Connection], None]:
-    packed = msgspec.msgpack.decode(work, type=Packed)
-    limit(_READ_S)
-
-    def read(connection: Connection) -> None:
-        connection.send(msgspec.msgpack.encode(read_submission(packed)))
-
-    return read
-
-
-_READ_S = 60
-
-
-def _running(work: bytes, errors: int) -> Callable[[Connection], None]:
-    script = ConfinedScript(msgspec.msgpack.decode(work, type=RunWork))
-    Path(FOLDER).mkdir()
-    os.chdir(FOLDER)
-    if hasattr(signal, 'SIGALRM'):  # a call that hangs says where, and ends the process
-        faulthandler.register(signal.SIGALRM, errors, all_threads=False, chain=True)
-    limit(script.work.cpu)
-
-    def run(connection: Connection) -> None:
-        lay_out(script.work.files, Path.cwd())
-        script.serve(connection.receive, connection.send)
-
-    return run

@@ -63,51 +63,27 @@ class Submission:
             yield Path(new, self.script)
 
 
-@dataclass(frozen=True)
-class Packed:
-    """A submission as it was handed in, with zip files and notebooks as they are.
-
-    Attributes:
-        name: Name of the submission.
-        student: Its student.
-        function: The function of the script to mark.
-        exercise: Source of the exercise; empty for none.
-        files: The contents of its files by path.
-        unread: Why others cannot be read, by path.
-    """
-
-    name: str
-    student: Student
-    function: Function
-    exercise: bytes = b''
-    files: dict[str, bytes] = field(default_factory=dict)
-    unread: dict[str, str] = field(default_factory=dict)
-
-
-def read_submission(packed: Packed) -> Submission:
-    """Unpack a submission and choose its script; those of others are read in a sandbox."""
-    handed_in: dict[str, bytes | str] = {**packed.unread, **packed.files}
-    files = unpacked({PurePosixPath(path): one for path, one in handed_in.items()}, packed.name)
+def _read(
+    name: str, student: Student, handed_in: Files, function: Function, exercise: bytes
+) -> Submission:
+    """Unpack the files of a submission, and choose its script."""
+    files = unpacked(handed_in, name)
     notebooks = _with_scripts(files)
-    script, problem = chosen_script(files, packed.function)
+    script, problem = chosen_script(files, function)
     if problem:
-        problem = _naming_notebooks(problem, notebooks)
-        return Submission(packed.name, packed.student, problem=problem)
+        return Submission(name, student, problem=_naming_notebooks(problem, notebooks))
     original = next((path for path in notebooks if script_of(path) == script), script)
     neighbours = {
         path.relative_to(script.parent).as_posix(): content
         for path, content in files.items()
         if path.is_relative_to(script.parent) and isinstance(content, bytes)
     }
-    sources = [content for name, content in neighbours.items() if name.endswith('.py')]
-    is_unfilled = bool(packed.exercise) and same_functions(
-        neighbours[script.name], packed.exercise
-    )
+    sources = [content for path, content in neighbours.items() if path.endswith('.py')]
     return Submission(
-        packed.name, packed.student, script.name, neighbours,
+        name, student, script.name, neighbours,
         file=printable(str(original)),
         notebook=notebooks.get(original),
-        is_unfilled=is_unfilled,
+        is_unfilled=bool(exercise) and same_functions(neighbours[script.name], exercise),
         print=fingerprint(sources),
     )  # fmt: skip
 
@@ -132,8 +108,8 @@ def submitted_notebook(path: Path) -> Submission:
     )  # fmt: skip
 
 
-def find_submissions(place: Path, function: Function, exercise: bytes = b'') -> list[Packed]:
-    """Return the submissions in a folder or a zip file, as they were handed in.
+def read_submissions(place: Path, function: Function, exercise: bytes = b'') -> list[Submission]:
+    """Return the submissions in a folder or a zip file, sorted by students' names.
 
     Each script, zip file and folder is a submission, except files that Canvas or Moodle mark as
     the same student's. If there is only one folder, with several submissions, it is the class.
@@ -146,27 +122,21 @@ def find_submissions(place: Path, function: Function, exercise: bytes = b'') -> 
     Raises:
         SetcmasError: There are none.
     """
-    found: dict[str, Packed] = {}
+    found: dict[str, tuple[Student, Files]] = {}
     for path, content in _relative_to_class(files_of_class(place), function).items():
         top, *inside = path.parts
         identity = identity_of(top)
         if not (inside or identity.group or path.suffix in _SUFFIXES):  # such as a list of names
             continue
-        name = identity.group or top
-        packed = found.setdefault(
-            name, Packed(printable(name), identity.student, function, exercise)
-        )
-        own = '/'.join(inside) or identity.file or top
-        if isinstance(content, str):
-            packed.unread[own] = content
-        else:
-            packed.files[own] = content
+        _, files = found.setdefault(identity.group or top, (identity.student, {}))
+        files[PurePosixPath('/'.join(inside) or identity.file or top)] = content
     if not found:
         raise SetcmasError(
             f"'{place}' holds no submissions; it must be a folder or zip file with a script "
             'or folder per student'
         )
-    return [*found.values()]
+    read = [_read(printable(name), *one, function, exercise) for name, one in found.items()]
+    return sorted(read, key=lambda one: (one.student.name.casefold(), one.name))
 
 
 def _relative_to_class(files: Files, function: Function) -> Files:

@@ -12,12 +12,7 @@ from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.class_grading import KEPT, NOT_RUN, Grader, KeptMarks
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.submissions.submissions import (
-    Packed,
-    Student,
-    Submission,
-    read_submission,
-)
+from setcmas_tools.submissions.submissions import Student, Submission, read_submissions
 
 pytestmark = needs_sandbox
 
@@ -36,17 +31,15 @@ SCRIPTS = {
 }
 
 
-def submissions(**scripts):
-    return [
-        read_submission(
-            Packed(name, Student(name), Function.CONTROL, GIVEN, {'law.py': source.encode()})
-        )
-        for name, source in scripts.items()
-    ]
+def submissions(folder, **scripts):
+    (folder / 'class').mkdir(exist_ok=True, parents=True)
+    for name, source in scripts.items():
+        (folder / 'class' / f'{name}.py').write_text(source)
+    return read_submissions(folder / 'class', Function.CONTROL, GIVEN)
 
 
-def grade(tmp_path, scripts, **options):
-    return class_grading.grade(submissions(**scripts), Grader(RUBRIC), tmp_path, **options)
+def grade(folder, scripts, **options):
+    return class_grading.grade(submissions(folder, **scripts), Grader(RUBRIC), folder, **options)
 
 
 def kept(folder):
@@ -59,13 +52,13 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
     two = grade(tmp_path / 'two', SCRIPTS, jobs=2)
 
     assert msgspec.json.encode(one) == msgspec.json.encode(two)
-    scores = {marks.submission: marks.score for marks in one}
+    scores = {marks.student.name: marks.score for marks in one}
     assert scores['good'] == scores['shipped'] == RUBRIC.max_score
     assert scores['good'] > scores['slow'] > scores['sign'] == scores['unfilled'] == 0
-    told = {marks.submission: marks.scenarios[0].failure for marks in one}
+    told = {marks.student.name: marks.scenarios[0].failure for marks in one}
     assert 'out of bounds' in told['error'].message
     assert told['ended'].message == 'the script ended its process with exit status 7'
-    like = {marks.submission: [one.submission for one in marks.similar] for marks in one}
+    like = {marks.student.name: [one.submission for one in marks.similar] for marks in one}
     assert like['shipped'] == ['the built-in law consensus']
     assert like['good'] == []
 
@@ -74,7 +67,7 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
 
     after = kept(tmp_path / 'one')
     assert len(after - before) == 1
-    assert [marks.score for marks in again if marks.submission == 'sign'] == [scores['slow']]
+    assert [marks.score for marks in again if marks.student.name == 'sign'] == [scores['slow']]
 
 
 def test_an_error_of_setcmas_is_not_the_submissions(tmp_path, monkeypatch):
@@ -89,7 +82,7 @@ def test_an_error_of_setcmas_is_not_the_submissions(tmp_path, monkeypatch):
 @pytest.mark.nightly
 def test_a_grading_that_the_machine_ends_says_so(tmp_path):
     """As the kernel kills one that takes all the memory; without the sandbox, a script can."""
-    two = submissions(kill=f'import os\nos.kill(os.getppid(), 9)\n{GOOD}', good=GOOD)
+    two = submissions(tmp_path, kill=f'import os\nos.kill(os.getppid(), 9)\n{GOOD}', good=GOOD)
 
     with pytest.raises(SetcmasError, match='was killed, perhaps for lack of memory; run the same'):
         class_grading.grade(two, Grader(RUBRIC, is_confined=False), tmp_path, jobs=2)

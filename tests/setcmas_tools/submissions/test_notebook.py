@@ -9,7 +9,7 @@ import pytest
 from setcmas_simu.script_calls import Function
 from setcmas_tools import check
 from setcmas_tools.submissions.notebook import in_cells, read_notebook
-from setcmas_tools.submissions.submissions import find_submissions, read_submission
+from setcmas_tools.submissions.submissions import read_submissions
 
 CELLS = [
     '%matplotlib inline\n!pip install \\\n  numpy\nimport numpy as np\n'
@@ -93,7 +93,7 @@ def test_a_notebook_is_a_submission_and_cells_that_write_a_script_are_cells(tmp_
     (tmp_path / 'bob').mkdir()
     (tmp_path / 'bob' / 'lab.ipynb').write_bytes(notebook(f'%%writefile law.py\n{CELLS[1]}'))
 
-    ada, bob = map(read_submission, find_submissions(tmp_path, Function.CONTROL))
+    ada, bob = read_submissions(tmp_path, Function.CONTROL)
 
     assert (ada.file, ada.script, ada.problem) == ('ada.ipynb', 'ada_ipynb.py', '')
     assert (bob.file, bob.script, bob.problem) == ('lab.ipynb', 'lab_ipynb.py', '')

@@ -8,7 +8,7 @@ from hostile_submissions import archive
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.submissions import submitted_files
-from setcmas_tools.submissions.submissions import find_submissions, read_submission
+from setcmas_tools.submissions.submissions import read_submissions
 
 LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
 WITH_TEST = {
@@ -22,8 +22,7 @@ CANVAS = 'kinga_LATE_12_'
 
 
 def read_here(place):
-    read = map(read_submission, find_submissions(place, Function.CONTROL))
-    return sorted(read, key=lambda one: one.name)
+    return sorted(read_submissions(place, Function.CONTROL), key=lambda one: one.name)
 
 
 def found(tmp_path, files, name='class'):
@@ -221,4 +220,4 @@ def test_a_folder_without_submissions_says_what_it_must_be(tmp_path):
     with pytest.raises(SetcmasError, match='holds no submissions; it must be a folder'):
         found(tmp_path, {'readme.txt': b''})
     with pytest.raises(SetcmasError, match='neither a folder nor a zip file'):
-        find_submissions(tmp_path / 'class/readme.txt', Function.CONDITION)
+        read_submissions(tmp_path / 'class/readme.txt', Function.CONDITION)
