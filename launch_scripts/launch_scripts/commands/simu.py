@@ -4,7 +4,7 @@ Examples:
   setcmas simu --nb-robots 8
   setcmas simu --nb-robots 3 --pose 1:1.0,2.0,1.57 --limits burger
   setcmas simu --nb-robots 8 --robots 1-4        half of a fleet; simulate the rest elsewhere
-  setcmas simu --nb-robots 8 --rviz              show it in RViz 2; with --view in the browser
+  setcmas simu --nb-robots 8 --view              show it in the browser; with --view rviz in RViz 2
 """
 
 from __future__ import annotations

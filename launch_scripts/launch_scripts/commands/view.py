@@ -33,7 +33,7 @@ from launch_scripts.processes import (
 from launch_scripts.supervisor import run_node
 from launch_scripts.terminal import warn
 from setcmas_simu.fleet.rviz_config import rviz_config
-from setcmas_simu.option_groups import Options, flag, option
+from setcmas_simu.option_groups import Options, option
 from setcmas_simu.option_kinds import OneOf
 from setcmas_tools.page.browser import BrowserOptions, has_display
 
@@ -72,36 +72,21 @@ def why_no_rviz() -> str:
     return ''
 
 
-AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
+AUTO, BROWSER, RVIZ, NONE = 'auto', 'browser', 'rviz', 'none'
 
 
 @dataclass(frozen=True, kw_only=True)
 class ViewOptions(Options):
-    """Which views of the robots are started."""
+    """Where the robots are shown."""
 
-    rviz: bool = flag('also show the robots in RViz 2')
     view: str = option(
-        OneOf((AUTO, BROWSER, NONE)),
-        'browser (also --view alone) serves a page with the robots, none shows nothing, and auto '
-        'starts RViz 2, or serves the page if RViz 2 cannot start; without a terminal, auto '
-        'shows nothing',
+        OneOf((AUTO, BROWSER, RVIZ, NONE)),
+        'browser (also --view alone) serves a page with the robots, rviz starts RViz 2, none '
+        'shows nothing, and auto starts RViz 2, or serves the page if RViz 2 cannot start; '
+        'without a terminal, auto shows nothing',
         default=AUTO,
         alone=BROWSER,
     )
-
-
-def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> tuple[bool, bool]:
-    """Return whether to start RViz 2, and whether to serve the page.
-
-    Args:
-        options: The values of --view and --rviz.
-        attended: Whether a person reads the command's output.
-        no_rviz: Why RViz 2 cannot be started; empty if it can.
-    """
-    view, rviz = options.view, options.rviz
-    if view == AUTO and attended and not rviz:
-        return not no_rviz, bool(no_rviz)
-    return rviz, view == BROWSER
 
 
 @contextmanager
@@ -115,18 +100,19 @@ def fleet_views(
 
     If RViz 2 is wanted but not available, warn and suggest the page.
     """
-    attended, no_rviz = sys.stdout.isatty() and 'CI' not in os.environ, why_no_rviz()
-    rviz, browser = choose_view(options, attended, no_rviz)
+    view, no_rviz = options.view, why_no_rviz()
+    if view == AUTO:
+        is_attended = sys.stdout.isatty() and 'CI' not in os.environ
+        view = NONE if not is_attended else BROWSER if no_rviz else RVIZ
     rule = namespace_rule(ros_arguments)
-    page = [(PAGE, node_command(BROWSER_VIEW, rule))] if browser else []
-    if rviz and no_rviz:
-        warn(f'--rviz: {no_rviz}; to see the robots in a browser, run setcmas view')
-    if not rviz or no_rviz:
-        yield page
+    if view == RVIZ and no_rviz:
+        warn(f'--view rviz: {no_rviz}; --view shows the robots in a browser')
+    if view != RVIZ or no_rviz:
+        yield [(PAGE, node_command(BROWSER_VIEW, rule))] if view == BROWSER else []
         return
     with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
         path, config = Path(folder) / 'fleet.rviz', rviz_config(robots, experiment)
         if namespace := '/'.join(rule[-1:]).removeprefix('__ns:=').strip('/'):
             config = config.replace('Value: /', f'Value: /{namespace}/')
         path.write_text(config, encoding='utf-8')
-        yield [('rviz', [_RVIZ, '-d', str(path)]), *page]
+        yield [(RVIZ, [_RVIZ, '-d', str(path)])]

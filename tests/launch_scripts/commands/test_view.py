@@ -6,13 +6,7 @@ import pytest
 import yaml
 from processes import CTRL, SETCMAS, SIMU, refuses, run_setcmas
 
-from launch_scripts.commands.view import (
-    AUTO,
-    BROWSER,
-    NONE,
-    ViewOptions,
-    choose_view,
-)
+from launch_scripts.commands.view import ViewOptions, fleet_views
 from setcmas_simu.fleet.rviz_config import rviz_config
 
 pytest.importorskip('rclpy')
@@ -85,11 +79,11 @@ def check_messages(shown, peer):
 def test_without_rviz_the_robots_run_and_the_browser_is_offered(start, tmp_path):
     environment = {'PATH': str(tmp_path), 'DISPLAY': ':0'}
 
-    simu = start(*SETCMAS, 'simu', '--rviz', env=environment)
+    simu = start(*SETCMAS, 'simu', '--view', 'rviz', env=environment)
     output = simu.wait_for_output('simulating robot 1')
 
     assert 'rviz2 is not installed' in output
-    assert 'setcmas view' in output
+    assert '--view shows the robots in a browser' in output
     assert simu.end(signal.SIGINT) == 0
 
 
@@ -100,7 +94,7 @@ def test_a_closed_window_leaves_the_robots_alone(start, tmp_path):
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
     environment = {'PATH': f'{tmp_path}:{os.environ["PATH"]}', 'DISPLAY': ':0'}
 
-    simu = start(*SETCMAS, 'simu', '--nb-robots', '3', '--rviz', env=environment)
+    simu = start(*SETCMAS, 'simu', '--nb-robots', '3', '--view', 'rviz', env=environment)
     simu.wait_for_output('rviz has ended; everything else continues')
     simu.wait_for_output('[simu] simulating robots 1-3')
 
@@ -108,25 +102,22 @@ def test_a_closed_window_leaves_the_robots_alone(start, tmp_path):
     assert simu.end(signal.SIGINT) == 0
 
 
-NO_RVIZ = 'rviz2 is not installed'
-
-
 @pytest.mark.parametrize(
-    ('view', 'rviz', 'attended', 'no_rviz', 'choice'),
+    ('view', 'is_terminal', 'no_rviz', 'started'),
     [
-        (AUTO, False, True, '', (True, False)),
-        (AUTO, False, True, NO_RVIZ, (False, True)),
-        (AUTO, False, False, '', (False, False)),
-        (AUTO, True, True, '', (True, False)),
-        (AUTO, True, False, NO_RVIZ, (True, False)),  # its absence is reported elsewhere
-        (BROWSER, False, False, '', (False, True)),
-        (BROWSER, True, True, '', (True, True)),
-        (NONE, False, True, '', (False, False)),
-        (NONE, True, True, '', (True, False)),
+        ('auto', True, '', ['rviz']),
+        ('auto', True, 'rviz2 is not installed', ['view']),
+        ('auto', False, '', []),
+        ('browser', False, '', ['view']),
+        ('none', True, '', []),
     ],
 )
-def test_what_is_started(view, rviz, attended, no_rviz, choice):
-    assert choose_view(ViewOptions(view=view, rviz=rviz), attended, no_rviz) == choice
+def test_what_is_started(monkeypatch, view, is_terminal, no_rviz, started):
+    monkeypatch.setattr('launch_scripts.commands.view.why_no_rviz', lambda: no_rviz)
+    monkeypatch.setattr('sys.stdout.isatty', lambda: is_terminal, raising=False)
+    monkeypatch.delenv('CI', raising=False)
+    with fleet_views(ViewOptions(view=view), [1]) as views:
+        assert [name for name, _ in views] == started
 
 
 def test_a_host_that_is_none_is_reported_on_one_line(domain):
