@@ -26,8 +26,8 @@ import topics_page
 from msgspec.json import schema
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.rviz_config import rviz_config
+from setcmas_simu.ros.fleet_topic import Announcement
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent

@@ -24,12 +24,11 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_file import LabOptions
 from setcmas_expe.mocap_bridge import MocapBridge
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_simu.ros.fleet_topic import Announcement, FleetAnnouncer
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 

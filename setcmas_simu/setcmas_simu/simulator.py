@@ -15,7 +15,6 @@ from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports import Failed
 from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, run_steps
@@ -23,7 +22,7 @@ from setcmas_simu.robots.models_by_name import check_models, model_names, seed_s
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import ScaledClock
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_simu.ros.fleet_topic import Announcement, FleetAnnouncer
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, end_process, node_main

@@ -15,11 +15,10 @@ from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import SiToUni
 from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robots.models_by_name import is_script, model_names, robot_models
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.fleet_topic import Announcement, FleetListener
 from setcmas_simu.script_calls import Function
 
 

@@ -11,7 +11,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import Pose, yaw_of_quaternion
 from setcmas_simu.fleet.topics import TF
 from setcmas_simu.plugins import InvalidPluginError, PluginGroup
-from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 
 
 @dataclass(frozen=True)
@@ -137,6 +136,8 @@ class MocapSource:
 
     def message_class(self) -> Any:
         """Return the class of the messages; SetcmasError if its package is not installed."""
+        from setcmas_simu.ros.messages import NoPythonTypeError, message_class  # needs ROS
+
         try:
             return message_class(self.message_type)
         except NoPythonTypeError:

@@ -1,14 +1,38 @@
-"""Latched topic /fleet, on which simulators and labs announce their robots."""
+"""Latched topic /fleet, on which each process announces its robots by a line of JSON."""
 
 from __future__ import annotations
 
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
 from rclpy.node import Node
 from std_msgs.msg import String
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Announcement, decode, encode
+from setcmas_simu.fleet.topics import MAX_ROBOTS
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
+
+_Robot = Annotated[int, Meta(ge=1, le=MAX_ROBOTS)]
+
+
+class Announcement(msgspec.Struct, frozen=True, omit_defaults=True):
+    """The robots of one process, all of a fleet or a part.
+
+    Their simulated time goes by at `rtf` s per real second.
+    """
+
+    nb_robots: Annotated[_Robot, Meta(description='size of the whole fleet')]
+    robots: Annotated[tuple[_Robot, ...], Meta(description='sorted numbers')]
+    models: Annotated[
+        tuple[str, ...], Meta(description='name or script for each robot; empty for unicycles')
+    ] = ()
+    limits: Annotated[str, Meta(description='velocity limits of unicycles')] = 'ideal'
+    rtf: Annotated[float, Meta(gt=0, description='real-time factor')] = 1.0
+    begin: Annotated[
+        float, Meta(description='time 0 in s of the system clock, if rtf is not 1')
+    ] = 0.0
 
 
 class FleetAnnouncer:
@@ -22,7 +46,7 @@ class FleetAnnouncer:
 
     def announce(self, announcement: Announcement) -> None:
         """Publish an announcement in place of the one before."""
-        self._publisher.publish(String(data=encode(announcement)))
+        self._publisher.publish(String(data=msgspec.json.encode(announcement).decode()))
 
 
 class FleetListener:
@@ -77,7 +101,7 @@ class FleetListener:
 
     def _on_line(self, message: String) -> None:
         try:
-            new = decode(message.data)
+            new = msgspec.json.decode(message.data, type=Announcement)
         except ValueError as error:
             if not self._has_warned:
                 self._has_warned = True

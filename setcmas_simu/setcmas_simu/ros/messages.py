@@ -1,15 +1,29 @@
-"""Messages: the state of a robot in an odometry, and stamps."""
+"""Messages: their classes by type, the state of a robot in an odometry, and stamps."""
 
 from __future__ import annotations
 
 import math
 import time
-from typing import NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
 
 from setcmas_simu.fleet.planar_pose import Pose, quaternion_of_yaw, yaw_of_quaternion
+
+
+class NoPythonTypeError(Exception):
+    """The Python package of a message type is not installed."""
+
+
+def message_class(msgtype: str) -> Any:
+    """Return the class of a type such as `nav_msgs/msg/Odometry`, or raise NoPythonTypeError."""
+    package, kind, name = msgtype.split('/')
+    try:
+        return getattr(import_module(f'{package}.{kind}'), name)
+    except (ImportError, AttributeError) as error:
+        raise NoPythonTypeError(f'no Python package {package} with it is installed') from error
 
 
 class RobotState(NamedTuple):

@@ -52,13 +52,15 @@ def refuse_second_simulator(
 
 
 class SimulatorWatch:
-    """Warns of steps that were missed, and now and then of what others in the graph do."""
+    """Warns of steps that were missed, and of commands of a type that the robots do not take."""
 
     def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
         """Watch robots of this process, which take a type of commands, by its name in options."""
         self._node = node
-        self._unread = UnreadCommands(node, robots, kind)
-        self._others = SecondPublishers(node, robots)
+        self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
+        self._kind = kind
+        self._suspects: set[str] = set()
+        self._reported: set[str] = set()
         self._missed = 0
         self._period = self._last_step = self._next_look = self._next_warning = 0.0
         self._last_warning = time.monotonic()
@@ -71,8 +73,7 @@ class SimulatorWatch:
         if (real := time.monotonic()) >= self._next_look:
             self._next_look = real + _LOOK_EVERY_S
             self._warn_of_missed(real)
-            self._unread.look()
-            self._others.look()
+            self._warn_of_unread()
 
     def _warn_of_missed(self, real: float) -> None:
         if self._missed and real >= self._next_warning:
@@ -85,49 +86,7 @@ class SimulatorWatch:
             self._missed, self._last_warning = 0, real
             self._next_warning = real + 2 * seconds  # a busy machine stays busy
 
-
-class SecondPublishers:
-    """Warns, once per robot, of a second publisher of its odometry that has come to stay."""
-
-    def __init__(self, node: FleetNode, robots: Sequence[int]) -> None:
-        """Watch robots of this process, which have topics by now."""
-        self._node = node
-        self._robots = robots
-        self._suspects: set[int] = set()
-        self._reported: set[int] = set()
-
-    def look(self) -> None:
-        """Look at the graph; to be called every 2 s or so."""
-        contested = {
-            robot
-            for robot in self._robots
-            if self._node.count_publishers(topics.odometry_topic(robot)) > 1
-        }
-        # A second simulator that starts at the same time is seen before it ends.
-        staying = (contested & self._suspects) - self._reported
-        self._suspects = contested
-        self._reported |= staying
-        if staying:
-            topic = topics.odometry_topic(min(staying))
-            names = [one.name for one in cmd_vel_topics.publishers(self._node, topic)]
-            self._node.get_logger().warning(
-                f'the odometry of {robots_in_words(sorted(staying))} has two publishers '
-                f'({" and ".join(names)}): two simulators move each; stop one of them'
-            )
-
-
-class UnreadCommands:
-    """Finds senders of commands of a type that robots do not take."""
-
-    def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
-        """Watch the command topics of robots that take a type, by its name in options."""
-        self._node = node
-        self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
-        self._kind = kind
-        self._suspects: set[str] = set()
-        self._reported: set[str] = set()
-
-    def look(self) -> None:
+    def _warn_of_unread(self) -> None:
         """Warn once of senders that were there at the last look, too: some change their type."""
         types = dict(self._node.get_topic_names_and_types())
         found = {
@@ -147,11 +106,8 @@ class UnreadCommands:
         topic = self._node.full_name(unread[0])
         more = f' and {len(unread) - 1} more' if len(unread) > 1 else ''
         other, own = cmd_vel_topics.type_name(sender.kind), cmd_vel_topics.type_name(self._kind)
-        start = (
-            f'start simu with --cmd-vel-type {sender.kind}, or '
-            if sender.kind in cmd_vel_topics.TYPES
-            else ''
-        )
+        is_known = sender.kind in cmd_vel_topics.TYPES
+        start = f'start simu with --cmd-vel-type {sender.kind}, or ' if is_known else ''
         return (
             f'{topic}{more}: {sender.name} sends {other}, but the robot takes {own}, so no '
             f'command arrives; {start}send {own}'

@@ -24,7 +24,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
+from setcmas_simu.ros.messages import NoPythonTypeError, message_class
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.bags.bag_reader import Bag, BagTopic, open_bag

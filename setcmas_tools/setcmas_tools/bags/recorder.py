@@ -26,7 +26,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.reports import WRITES_S, Recording
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
+from setcmas_simu.ros.messages import NoPythonTypeError, message_class
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
 from setcmas_tools.bags.bag_writer import BagWriter, MessageDefinitions, UnknownDefinitionError

@@ -16,9 +16,8 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import UInt16
 from std_srvs.srv import SetBool
 
-from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_simu.ros.fleet_topic import Announcement, FleetAnnouncer
 
 
 def test_each_robot_has_parameters_of_its_own(start, peer, script, tmp_path):

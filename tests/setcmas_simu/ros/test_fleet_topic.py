@@ -2,11 +2,25 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+import msgspec
+from message_schemas import fits
 from std_msgs.msg import String
 
-from setcmas_simu.fleet.announcement import Announcement, encode
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.fleet_topic import FleetAnnouncer, FleetListener
+from setcmas_simu.ros.fleet_topic import Announcement, FleetAnnouncer, FleetListener
+
+WHOLE = Announcement(3, (1, 2, 3), ('car', 'unicycle', 'car'), 'burger', 5.0, 1e9)
+STRANGE = ('hello', '{}', '{"nb_robots":3}', '{"nb_robots":3,"robots":[0]}')
+
+
+def encode(announcement):
+    return msgspec.json.encode(announcement).decode()
+
+
+def test_the_published_schema_describes_announcements_and_nothing_else():
+    assert encode(Announcement(8, (1, 2))) == '{"nb_robots":8,"robots":[1,2]}'
+    assert all(fits('fleet-1', encode(one)) for one in (WHOLE, Announcement(8, (1, 2))))
+    assert not any(fits('fleet-1', text) for text in STRANGE)
 
 
 @pytest.fixture
@@ -63,8 +77,8 @@ def test_robots_are_forgotten_when_nobody_announces_any(peer, listener, wait_for
 
 def test_what_is_no_announcement_is_ignored_with_one_warning(peer, listener, wait_for, capfd):
     publisher = peer.node.create_publisher(String, '/fleet', qos.LATCHED_BY_MANY)
-    for line in ('hello', '{"nb_robots":0}', encode(Announcement(1, (1,)))):
+    for line in (*STRANGE, encode(WHOLE).replace('{', '{"colour":"red",', 1)):
         publisher.publish(String(data=line))
 
-    wait_for(lambda: listener.robots == [1])
+    wait_for(lambda: listener.announcements == [WHOLE])  # a later version may add fields
     assert capfd.readouterr().err.count('/fleet: a message is ignored') == 1

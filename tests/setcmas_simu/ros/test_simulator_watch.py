@@ -6,7 +6,7 @@ from nav_msgs.msg import Odometry
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.simulator_watch import SecondPublishers, refuse_second_simulator
+from setcmas_simu.ros.simulator_watch import refuse_second_simulator
 
 
 @pytest.fixture
@@ -23,25 +23,3 @@ def test_robots_of_others_are_refused_with_their_node_and_the_domain(peer, node,
     message = f'robots 2-3 are already simulated in ROS domain {domain} .node /peer publishes'
     with pytest.raises(SetcmasError, match=message):
         refuse_second_simulator(node, [1, 2, 3, 4])
-
-
-def test_a_second_publisher_is_reported_once_when_it_stays(peer, node, capfd):
-    def reported():
-        return 'the odometry of robot 2 has two publishers' in capfd.readouterr().err
-
-    for robot in (1, 2):
-        node.create_publisher(Odometry, f'/tb3_{robot}/odom', 1)
-    watch = SecondPublishers(node, [1, 2])
-    watch.look()
-    watch.look()
-    assert not reported()
-
-    other = peer.node.create_publisher(Odometry, '/a/tb3_2/odom', 1)
-    peer.wait_for(lambda: node.count_publishers('/tb3_2/odom') == 2)
-    watch.look()
-    assert not reported()  # it may be about to refuse to start
-    watch.look()
-    assert reported()
-    watch.look()
-    assert not reported()
-    peer.node.destroy_publisher(other)

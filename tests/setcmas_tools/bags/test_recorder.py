@@ -15,9 +15,8 @@ from rosbags.highlevel import AnyReader
 from std_msgs.msg import String, UInt16
 from stereo_msgs.msg import DisparityImage
 
-from setcmas_simu.fleet.announcement import Announcement
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_simu.ros.fleet_topic import Announcement, FleetAnnouncer
 from setcmas_tools.bags import recorder
 from setcmas_tools.bags.recorder import ArrivalTimes, Received
 
