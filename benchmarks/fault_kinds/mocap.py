@@ -48,15 +48,12 @@ def _from_the_start(kind: str, line: str) -> Kind:
 
 KINDS = {
     'mocap dropout': _fault('dropout', 'no good pose'),
-    'mocap zeros': _fault('zero', 'rejected'),
     'mocap nan': _fault('nan', 'rejected'),
     'mocap frozen': _fault('frozen', 'frozen'),
     'mocap jump': _fault('jump', 'jumped'),
     'mocap swapped names': _fault('swap', 'were names swapped'),
     'mocap late': _fault('late', 'no good pose'),
     'mocap drifts at 0.3 m/s': _fault('drift', 'robot 1'),
-    'mocap glides at 2 m/s': _fault('glide', 'robot 1'),
-    'mocap twice a second': _fault('slow', 'robot 1'),
     'axes mirrored': _fault('mirrored', 'robot 1'),
     'body turned': _fault('turned', 'robot 1'),
     'axes mirrored from the start': _from_the_start('mirrored', 'paused: robot'),

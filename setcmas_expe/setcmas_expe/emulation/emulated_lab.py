@@ -248,7 +248,7 @@ class EmulatedLab(FleetNode):
     def _on_fault(self, message: String) -> None:
         try:
             fault = parse_fault(message.data)
-            if fault.robot > len(self._robots):
+            if not 1 <= fault.robot <= len(self._robots):
                 raise SetcmasError(
                     f"fault '{fault}' is for robot {fault.robot}; "
                     f'the lab has robots 1 to {len(self._robots)}'

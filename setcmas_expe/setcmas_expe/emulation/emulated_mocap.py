@@ -22,8 +22,7 @@ _HEADING_NOISE = 2e-3  # rad
 _LATE_S = 1.0
 _JUMP = 1.0  # m
 _HEIGHT = 0.19  # m, of the markers on a Burger
-_DRIFTS = {FaultKind.DRIFT: 0.3, FaultKind.GLIDE: 2.0}  # m/s
-_SLOW_S = 0.5
+_DRIFT = 0.3  # m/s
 _LIFTED = 0.15  # m
 _LIFTING = 0.3  # m/s
 
@@ -38,7 +37,6 @@ class EmulatedMocap:
         self._rng = rng
         self._faults: dict[tuple[FaultKind, int], tuple[float, float]] = {}  # since, until
         self._fallen: dict[int, tuple[float, float, float]] = {}  # bodies that have fallen off
-        self._seen: dict[int, float] = {}
         self._last: dict[int, Sample] = {}
         self._waiting: list[tuple[float, int, Sample]] = []
         self._last_due: dict[int, float] = {}
@@ -56,7 +54,7 @@ class EmulatedMocap:
         seen = self._misplaced(poses, now) + self._rng.normal(0.0, sigmas, poses.shape)
         for index, (x, y, theta) in enumerate(seen.T.tolist()):
             sample = self._spoilt(self._sample(index, now, x, y, theta), index)
-            if sample and not self._skips(index, now):
+            if sample:
                 self._last[index] = sample
                 delay = LATENCY_S + _LATE_S * self._has(FaultKind.LATE, index)
                 # In order: a late measurement delays those that follow.
@@ -80,8 +78,8 @@ class EmulatedMocap:
         poses = np.array(poses, dtype=float)
         for (kind, index), (since, _) in self._faults.items():
             x, y, theta = poses[:, index].tolist()
-            if kind in _DRIFTS:
-                poses[0, index] = x - math.copysign(_DRIFTS[kind] * (now - since), x)
+            if kind == FaultKind.DRIFT:
+                poses[0, index] = x - math.copysign(_DRIFT * (now - since), x)
             elif kind == FaultKind.FALLEN:
                 poses[:, index] = self._fallen.setdefault(index, (x, y, theta))
             elif kind == FaultKind.MIRRORED:
@@ -89,13 +87,6 @@ class EmulatedMocap:
             elif kind == FaultKind.TURNED:
                 poses[2, index] = theta + math.pi / 2
         return poses
-
-    def _skips(self, index: int, now: float) -> bool:
-        """Return whether a slow system leaves out this frame of a robot."""
-        if self._has(FaultKind.SLOW, index) and now - self._seen.get(index, -math.inf) < _SLOW_S:
-            return True
-        self._seen[index] = now
-        return False
 
     def _sample(self, index: int, now: float, x: float, y: float, theta: float) -> Sample:
         if self._has(FaultKind.JUMP, index):
@@ -122,7 +113,6 @@ class EmulatedMocap:
             return None
         if self._has(FaultKind.FROZEN, index) and index in self._last:
             return replace(self._last[index], stamp=sample.stamp)
-        for kind, value in ((FaultKind.ZERO, 0.0), (FaultKind.NAN, math.nan)):
-            if self._has(kind, index):
-                return replace(sample, position=(value,) * 3, orientation=(value,) * 4)
+        if self._has(FaultKind.NAN, index):
+            return replace(sample, position=(math.nan,) * 3, orientation=(math.nan,) * 4)
         return sample

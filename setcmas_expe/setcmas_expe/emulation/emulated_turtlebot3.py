@@ -24,8 +24,6 @@ from setcmas_simu.ros.polling import PolledTopic, RequestWait
 
 NODE_NAME = 'turtlebot3_node'
 _QOS = QoSProfile(depth=10)  # as turtlebot3_node: reliable, keep last 10
-_NOMINAL_V = 12.0
-_EMPTY_V = 11.0
 
 
 class EmulatedTurtleBot3(FleetNode):
@@ -55,7 +53,7 @@ class EmulatedTurtleBot3(FleetNode):
         self._scan = LaserScan(angle_increment=step, range_min=0.12, range_max=3.5)
         self._scan.header.frame_id = 'base_scan'
         self._scan_publisher = self.create_publisher(LaserScan, topics.SCAN, qos.SENSOR)
-        self._battery = BatteryState(present=True, design_capacity=1.8)
+        self._battery = BatteryState(present=True)
         self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
         self.commands = PolledTopic(
             self, TwistStamped, cmd_vel, lambda sent: on_command(*velocities(sent)), _QOS
@@ -79,7 +77,6 @@ class EmulatedTurtleBot3(FleetNode):
         """Publish the charge, from 0 to 100 as the real robot does."""
         self._battery.header.stamp = stamp
         self._battery.percentage = percent
-        self._battery.voltage = _EMPTY_V + (_NOMINAL_V - _EMPTY_V) * percent / 100.0
         self._battery_publisher.publish(self._battery)
 
     def _on_motor_power(

@@ -14,22 +14,9 @@ def test_every_fault_is_understood_as_it_is_written(kind):
     assert parse_fault(str(Fault(kind, 2, 1.5))) == Fault(kind, 2, 1.5)
 
 
-@pytest.mark.parametrize(
-    ('text', 'expected'),
-    [
-        ('', 'KIND ROBOT'),
-        ('dropout', 'KIND ROBOT'),
-        ('dropuot 1', 'dropout, zero'),
-        ('nan 0', 'KIND ROBOT'),
-        ('nan one', 'KIND ROBOT'),
-        ('nan 1 2 3', 'KIND ROBOT'),
-        ('nan 1 soon', "is 'soon'; it must be a number above 0 s"),
-        ('nan 1 -1', 'is -1; it must be above 0 s'),
-        ('nan 1 inf', 'above 0 s and finite'),
-    ],
-)
-def test_other_texts_are_mistakes(text, expected):
-    with pytest.raises(SetcmasError, match=expected):
+@pytest.mark.parametrize('text', ['', 'dropout 1', 'dropuot 1 3', 'nan one 3', 'nan 1 soon'])
+def test_other_texts_are_mistakes(text):
+    with pytest.raises(SetcmasError, match=r'it must be .* with one of dropout, nan'):
         parse_fault(text)
 
 
@@ -43,8 +30,9 @@ def test_faults_are_injected_and_those_of_no_robot_are_reported(start, peer):
     assert fault.wait() == 0
     lab.wait_for_output('robot 2, for 1.5 s: motion capture sends nothing')
 
-    order.publish(String(data='nan 3'))
-    lab.wait_for_output('the lab has robots 1 to 2')
+    for robot in (0, 3):
+        order.publish(String(data=f'nan {robot} 1'))
+        lab.wait_for_output(f'is for robot {robot}; the lab has robots 1 to 2')
 
 
 def test_without_an_emulated_lab_a_fault_says_so(start):
