@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication import graph
-from setcmas_ctrl.communication.graph import reachable
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, load_script
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.model import Motion
@@ -74,7 +72,7 @@ class Conditions:
     @property
     def laplacian(self) -> Floats:
         """L = diag(sum_j a_ij) - A, shape (N, N)."""
-        return graph.laplacian(self.adjacency)
+        return np.diag(self.adjacency.sum(axis=1)) - self.adjacency
 
 
 @dataclass(frozen=True)
@@ -344,7 +342,8 @@ def dynamic_average(law: Any, conditions: Conditions) -> list[Figure]:
 def _keeps_mean(conditions: Conditions) -> bool:
     """Return whether the graph is balanced and connected."""
     sent, received = conditions.adjacency.sum(axis=0), conditions.adjacency.sum(axis=1)
-    return np.allclose(sent, received) and bool(reachable(conditions.adjacency).all())
+    is_connected = np.linalg.matrix_rank(conditions.laplacian) == len(sent) - 1
+    return np.allclose(sent, received) and bool(is_connected)
 
 
 def _centre(place: Floats, formula: str) -> list[Figure]:

@@ -40,10 +40,9 @@ from setcmas_tools.plots.trajectories import (
     DrawnPlane,
     draw_world,
     fit_plane,
-    symbols,
 )
 from setcmas_tools.run.fleet_motion import SAME_TIME_S, FleetGrid, FleetTable, on_grid
-from setcmas_tools.run.run import Run
+from setcmas_tools.run.run import Run, symbols_of
 
 _ROBOT_SIZE = 0.022  # share of the visible width
 _LEAST_ROBOT_M = 0.07  # half a TurtleBot3
@@ -87,7 +86,7 @@ class FilmFrames:
         self.figure.draw_without_rendering()
         width = np.ptp(self._axes.get_xlim())
         size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
-        found = symbols(run)
+        found = symbols_of(run)
         self._symbols = [size * found[robot] for robot in grid.robots]
 
     def __len__(self) -> int:

@@ -20,11 +20,10 @@ from matplotlib.transforms import Affine2D
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.palettes import Colour, plot_colour
-from setcmas_simu.robots.models_by_name import UNICYCLE, symbol
 from setcmas_tools.plots.reference_lines import draw_references, line_width
 from setcmas_tools.plots.style import drawn_robots, edge_effects, legend, line_handles, line_look
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
-from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
+from setcmas_tools.run.run import Run, arena_of, obstacles_of, symbols_of
 from setcmas_tools.run.run_records import Drawing, DrawnOverTime
 
 MOST_NUMBERS = 20
@@ -160,11 +159,6 @@ def draw_world(axes: Axes, run: Run) -> list[Artist]:
     return handles
 
 
-def symbols(run: Run) -> dict[int, Floats]:
-    """Return the outline of each robot, pointing along the x axis, shape (K, 2)."""
-    return {robot: symbol(model) for robot, model in models_of(run).items()}
-
-
 def closed(corners: Floats) -> Outline:
     """Return an outline as a path."""
     return Outline(np.vstack([corners, corners[:1]]), closed=True)
@@ -179,7 +173,7 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     axes = figure.add_subplot()
     table, robots = run.table, run.robots
     size = rcParams['lines.markersize'] * (1.5 if len(robots) < 12 else 1.1)
-    looks = symbols(run)
+    looks = symbols_of(run)
     for robot in drawn_robots(robots):
         _draw_path(axes, table.of(robot), robot, len(robots), size)
         if len(robots) <= MOST_NUMBERS:
@@ -190,7 +184,7 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     marks = draw_references(axes, run) + draw_world(axes, run) + drawn.handles
     axes.set_title('Trajectories')
     fit_plane(axes, table)
-    legend(axes, [*line_handles(robots), *_end_handles(), *marks])
+    legend(axes, [*line_handles(robots), *_end_handles(looks[robots[0]]), *marks])
 
 
 def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: float) -> None:
@@ -246,7 +240,7 @@ def fit_plane(axes: Axes, table: FleetTable) -> None:
     axes.set_aspect('equal', adjustable='datalim')
 
 
-def _end_handles() -> list[Line2D]:
+def _end_handles(outline: Floats) -> list[Line2D]:
     size = 1.3 * rcParams['lines.markersize']
     look: dict[str, Any] = {
         'linestyle': '',
@@ -257,11 +251,6 @@ def _end_handles() -> list[Line2D]:
     return [
         Line2D([], [], label='start', marker='o', markerfacecolor='white', **look),
         Line2D(
-            [],
-            [],
-            label='end, heading',
-            marker=MarkerStyle(closed(symbol(UNICYCLE))),
-            color='0.6',
-            **look,
+            [], [], label='end, heading', marker=MarkerStyle(closed(outline)), color='0.6', **look
         ),
     ]

@@ -17,7 +17,7 @@ from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.arena import Arena, Obstacles
-from setcmas_simu.robots.models_by_name import UNICYCLE, model_names
+from setcmas_simu.robots.models_by_name import UNICYCLE, model_names, symbol
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked
 from setcmas_tools.run.run_folder import RunFolder, RunInput, find_run, kept_inputs
@@ -273,3 +273,8 @@ def models_of(run: Run) -> dict[int, str]:
     with suppress(SetcmasError):
         names = model_names(run.parameters.get('model'), max(run.robots))
     return {robot: names[robot - 1] for robot in run.robots}
+
+
+def symbols_of(run: Run) -> dict[int, Floats]:
+    """Return the outline of each robot, pointing along the x axis, shape (K, 2)."""
+    return {robot: symbol(model) for robot, model in models_of(run).items()}
