@@ -90,7 +90,7 @@ class SteppedRun:
         return self
 
     def _until_connected(self) -> None:
-        robots = self.fleet.driven.nodes
+        robots = self.fleet.si_to_unis
         self._process.spin_until(
             lambda: all(robot.cmd_vel.follow_listeners() for robot in robots), 10.0
         )

@@ -33,8 +33,7 @@ MAY_IMPORT_ROS = {
         'safety_filter_node si_to_uni_node'
     ),
     'setcmas_ctrl.controllers': (
-        'fleet_monitor fleet_readiness fleet_scripts fleet_time graph_watch markers '
-        'script_reloader'
+        'fleet_monitor fleet_readiness fleet_scripts fleet_time graph_watch markers'
     ),
     'setcmas_expe.lab': 'lab_examination',
     'setcmas_expe.emulation': 'emulated_lab emulated_turtlebot3 faults',

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from setcmas_ctrl.controller import Controller
-from setcmas_ctrl.controllers.driven_robots import DrivenRobots
 from setcmas_ctrl.controllers.fleet_monitor import FleetMonitor
 from setcmas_ctrl.controllers.fleet_scripts import FleetScripts
+from setcmas_ctrl.controllers.markers import publish_obstacles
 from setcmas_ctrl.event_triggered_comm import EventTriggeredComm
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.fleet_network import FleetNetwork
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_ctrl.laws.control_options import ControllerOptions, LawOptions
+from setcmas_ctrl.safety_filter_node import SafetyFilterNode
 from setcmas_ctrl.si_to_uni_node import REPEAT_S, SiToUni
+from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.robot_node import MOST_WITH_SERVICES, RobotNode, StepTime
 from setcmas_simu.robots.model import limits_named
+from setcmas_simu.robots.models_by_name import is_script, model_names, robot_models
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.fleet_topic import Announcement, FleetListener
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess
@@ -38,7 +44,9 @@ class ControlledFleet:
         network: What the robots know of each other.
         controllers: Nodes of the robots that call their laws; none without a law.
         senders: Their nodes that send states by events, if any.
-        driven: Nodes si_to_uni of the robots, and the safety filter.
+        si_to_unis: Their nodes that command them.
+        filters: The safety filter of the fleet, if there is one.
+        followers: The nodes that follow velocities: the filter, and si_to_unis.
         nodes: All nodes that are stepped, in the order of the steps.
         monitor: Watches robots, pause, time and graph.
     """
@@ -77,23 +85,35 @@ class ControlledFleet:
         nodes = self._nodes(safety)
         self.controllers = [one for one in nodes if isinstance(one, Controller)]
         self.senders = [one for one in nodes if isinstance(one, EventTriggeredComm)]
-        si_to_unis = [one for one in nodes if isinstance(one, SiToUni)]
+        self.si_to_unis = [one for one in nodes if isinstance(one, SiToUni)]
         for sender in self.senders:
             sender.watch, sender.broadcast = scripts.watch, scripts.broadcast(sender.robot)
-        self.poses = self._subscribed_poses(si_to_unis, safety)
+        self.poses = self._subscribed_poses(safety)
         self.network = FleetNetwork(node, self.poses, scripts.communication, self.robots)
         for controller, law in zip(self.controllers, scripts.laws, strict=True):
             controller.law, controller.network = law, self.network
             controller.watch = scripts.watch
             controller.reports = scripts.reports[Function.CONTROL]
-        self.driven = DrivenRobots(
-            node, si_to_unis, self.poses, scripts, announced, parameters.options, safety, options
-        )
-        self.nodes: list[Any] = [*self.controllers, *self.driven.stepped]
+        for si_to_uni in self.si_to_unis:
+            si_to_uni.poses = self.poses
+        self._taken: list[Announcement] = []
+        self._refused_models: set[str] = set()
+        if options.model:
+            names = model_names(options.model, scripts.nb_robots)
+            self._use_models({one.robot: names[one.robot - 1] for one in self.si_to_unis})
+        self._follow_models()
+        self.filters: list[SafetyFilterNode] = []
+        if safety.is_on and self.si_to_unis:
+            gains = parameters.options
+            self.filters = [SafetyFilterNode(node, self.si_to_unis, safety, gains, self.poses)]
+        self.load_conversions()
+        publish_obstacles(node, safety, options.experiment)
+        self.followers: list[Any] = [*self.filters, *self.si_to_unis]
+        self.nodes = [*self.controllers, *self.followers]
         every_node: list[FleetNode] = [node, *self.nodes, *self.senders]
         warn_of_unknown(every_node)
         self.monitor = FleetMonitor(
-            node, options, self.robots, self.poses, si_to_unis, process.launcher, self.time
+            node, options, self.robots, self.poses, self.si_to_unis, process.launcher, self.time
         )
         urgent = [*self.monitor.urgent, *clock.topics]
         process.requests = RequestWait(every_node, urgent)  # also while nodes wait
@@ -118,23 +138,69 @@ class ControlledFleet:
                 nodes.append(EventTriggeredComm(robot, options.experiment, **of_nodes))
         return nodes
 
-    def _subscribed_poses(
-        self, si_to_unis: Sequence[SiToUni], safety: FilterOptions
-    ) -> FleetPoses:
+    def _subscribed_poses(self, safety: FilterOptions) -> FleetPoses:
         """Return the poses of all robots that the laws, their links or the filter need."""
         communication = self.scripts.communication
         sources: dict[int, tuple[FleetNode, str]] = {}
         if (
             (self.controllers and communication.needs_all_poses)
             or any(sender.broadcast.measures for sender in self.senders)
-            or (safety.is_on and si_to_unis)
+            or (safety.is_on and self.si_to_unis)
         ):
             topic_of = topics.mocap_topic if self.options.experiment else topics.odometry_topic
             everyone = range(1, self.scripts.nb_robots + 1)
             sources = {robot: (self.node, topic_of(robot)) for robot in everyone}
-        own: tuple[Any, ...] = (*self.senders, *si_to_unis, *self.controllers)
+        own: tuple[Any, ...] = (*self.senders, *self.si_to_unis, *self.controllers)
         sources |= {one.robot: (one, one.odom_topic) for one in own}
         return FleetPoses(sources, self.scripts.nb_robots)
+
+    def load_conversions(self) -> None:
+        """Load the user's own si_to_uni for each robot, if there is one, or raise SetcmasError.
+
+        The safety filter has its own copies.
+        """
+        for si_to_uni, script in zip(self.si_to_unis, self._conversions(), strict=False):
+            si_to_uni.convert_by(script)
+        for safety_filter in self.filters:
+            safety_filter.convert_by(self._conversions())
+
+    def _conversions(self) -> list[ScriptConversion]:
+        return script_conversions(
+            self.scripts.conversion,
+            [one.robot for one in self.si_to_unis],
+            self.scripts.reports[Function.SI_TO_UNI],
+            lambda: self.time.t,
+            partial(self.scripts.watch.call, function=Function.SI_TO_UNI),
+        )
+
+    def _follow_models(self) -> None:
+        """Use the models of a new announcement, unless the user has chosen models."""
+        announced = self._announced
+        if self.options.model is not None or announced.announcements is self._taken:
+            return
+        self._taken, models = announced.announcements, announced.models
+        for name in dict.fromkeys(models.values()):
+            robots = [one.robot for one in self.si_to_unis if models.get(one.robot) == name]
+            try:
+                if is_script(name):
+                    raise SetcmasError(f'if {name} defines command(), add --model {name}')
+                self._use_models(dict.fromkeys(robots, name))
+            except SetcmasError as error:
+                if robots and name not in self._refused_models:
+                    self._refused_models.add(name)
+                    self.node.get_logger().warning(
+                        f"{robots_in_words(robots)}: the simulator announces model '{name}', but "
+                        f'si_to_uni drives them as unicycles: {error}'
+                    )
+
+    def _use_models(self, names: Mapping[int, str]) -> None:
+        """Use models by robot, or raise SetcmasError if one is unknown or does not load."""
+        warn = self.node.get_logger().warning
+        models = robot_models([*names.values()], [*names], warn=warn)
+        by_robot = dict(zip(names, models, strict=True))
+        for si_to_uni in self.si_to_unis:
+            if si_to_uni.robot in by_robot:
+                si_to_uni.use(by_robot[si_to_uni.robot])
 
     def take(self) -> None:
         """Take pending messages: poses, states and messages that robots have sent."""
@@ -147,7 +213,7 @@ class ControlledFleet:
                 sender.evaluate(state)
         self.network.take()
         self._announced.take()
-        self.driven.follow_models()
+        self._follow_models()
 
     def step(self) -> None:
         """Step all nodes: the laws, the filter, then si_to_uni, which gets what they publish."""
@@ -162,14 +228,14 @@ class ControlledFleet:
             self.follow_parameters()
         self.scripts.watch.begin_period()
         self.take()
-        is_paused = self.monitor.begin_step()
-        if not is_paused:
+        self.monitor.begin_step()
+        if not self.monitor.is_paused:
             self.network.begin_step(self.time.t)
             for sender in self.senders:
                 known, adjacency = self.network.known_by(sender.robot)
                 sender.see(known, self.poses.poses, adjacency)
         for controller in self.controllers:
-            controller.is_paused = is_paused
+            controller.is_paused = self.monitor.is_paused
             controller.is_lost = controller.robot in self.monitor.lost
 
     def _end_step(self) -> None:
@@ -187,16 +253,19 @@ class ControlledFleet:
         self.take()
         self.time.begin_step(self.time.clock.now())
         if self.controllers:  # the laws give velocities, in their steps
-            self.driven.repeat()
+            for si_to_uni in self.si_to_unis:
+                si_to_uni.repeat()
         else:
-            self.driven.step()
+            for follower in self.followers:
+                follower.step()
 
     def follow_parameters(self) -> None:
         """Give the nodes of all robots the gains and the rate of the fleet's node."""
         options = self._followed = self.parameters.options
         self.time.period = 1.0 / options.rate
         self.scripts.watch.slow.period = self.time.period / self.time.clock.rtf
-        self.driven.expect(self.time.period)
+        for follower in self.followers:
+            follower.expect(self.time.period)
         for node in self.nodes:
             if node is not self.node:
                 node.parameters.follow(options)
@@ -205,6 +274,6 @@ class ControlledFleet:
         """Let every robot rest, its controller first."""
         for node in self.nodes:
             node.stop()
-        for si_to_uni in self.driven.nodes:
+        for si_to_uni in self.si_to_unis:
             si_to_uni.cmd_vel.wait_until_sent()
         self.network.stop()

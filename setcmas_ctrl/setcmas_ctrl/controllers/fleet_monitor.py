@@ -28,6 +28,7 @@ class FleetMonitor:
     Attributes:
         graph: Finds robots that do not listen, and other controllers.
         lost: Robots whose odometry is too old.
+        is_paused: Whether the robots are paused in this step.
         run_time: The time t of the run.
         time_topic: Shares t with processes that control others; None if this one controls all.
         urgent: Topics that are to be taken at once.
@@ -47,6 +48,7 @@ class FleetMonitor:
         self.graph, self._time = GraphWatch(node, poses, drivers), time
         self._robots, self._poses, self._warn = robots, poses, node.get_logger().warning
         self.lost: set[int] = set()
+        self.is_paused = False
         self.urgent: list[PolledTopic] = []
         if options.experiment:
             self._pause: PauseWatch | FleetPause = PauseWatch(node, options.pause_timeout)
@@ -59,13 +61,12 @@ class FleetMonitor:
             self.urgent.append(self.time_topic.topic)
         self.note_step()
 
-    def begin_step(self) -> bool:
-        """Set t of a step; return whether the robots are paused."""
+    def begin_step(self) -> None:
+        """Set t of a step, and find out whether the robots are paused."""
         # A step cannot receive odometry while it runs.
         self._find_lost(POSE_TIMEOUT_S + self._time.now - self._stepped)
-        is_paused = self._pause.is_on
-        self._time.t = self.run_time.step(self._time.now, is_paused)
-        return is_paused
+        self.is_paused = self._pause.is_on
+        self._time.t = self.run_time.step(self._time.now, self.is_paused)
 
     def _find_lost(self, timeout_s: float) -> None:
         """Report robots whose odometry becomes older than a time in s, and when it returns."""

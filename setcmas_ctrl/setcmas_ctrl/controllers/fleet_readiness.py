@@ -144,7 +144,8 @@ def wait_until_ready(fleet: ControlledFleet) -> None:
     _report_start(fleet)  # not between the odometry and t = 0, as logging takes time
     _fall_in_step(fleet)
     fleet.monitor.note_step()
-    fleet.driven.forget()
+    for follower in fleet.followers:
+        follower.forget()
 
 
 def _wait_for(
@@ -182,7 +183,7 @@ def _report_start(fleet: ControlledFleet) -> None:
     law = ', '.join(dict.fromkeys(path.stem for path in paths)) or 'velocities of others'
     robots = robots_in_words(fleet.robots)
     task = f'controlling {robots} with {law} at {fleet.parameters.options.rate:g} Hz'
-    if not (fleet.controllers or fleet.driven.nodes):
+    if not (fleet.controllers or fleet.si_to_unis):
         task = f'sending the states of {robots} by events'
     fleet.node.get_logger().info(f'{task}; Ctrl-C stops')
     fleet.process.launcher.report(Started(tuple(fleet.robots), law))

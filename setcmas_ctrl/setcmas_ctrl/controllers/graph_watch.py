@@ -20,13 +20,23 @@ _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_net
 
 
 class Problem(enum.Enum):
-    """What the graph shows of a robot, and how long it must last before it is reported, in s."""
+    """What the graph shows of robots: how long it must last before it is reported, in s, and how.
 
-    MIXED = 'its cmd_vel has listeners of several types', _NOW_S
-    UNHEARD = 'nothing listens to its cmd_vel', _SOON_S
+    In the texts, `about` is what is known of the first of the robots, and `more` names the others.
+    """
+
+    MIXED = _NOW_S, '{about}{more}; choose with --cmd-vel-type'
+    UNHEARD = _SOON_S, 'nothing listens to cmd_vel of {robots}: commands do not arrive'
     # A killed process stays in the graph for a while.
-    RIVAL = 'another node commands it', _FORGOTTEN_AFTER_S
-    SEVERAL = 'several nodes publish its velocity', _FORGOTTEN_AFTER_S
+    RIVAL = (
+        _FORGOTTEN_AFTER_S,
+        'another controller also commands {robots} ({about}); stop one of them',
+    )
+    SEVERAL = (
+        _FORGOTTEN_AFTER_S,
+        '{about}{more}; the robot follows all of them: stop all but one '
+        f'({cmd_vel_topics.KILLED})',
+    )
 
 
 class GraphWatch:
@@ -120,34 +130,16 @@ class GraphWatch:
         """Report what has lasted long enough, and has not been reported."""
         self._since = {key: self._since.get(key, now) for key in self._found}
         for problem in Problem:
-            robots = [
+            lasts_s, text = problem.value
+            new = self._since.keys() - self._reported
+            robots = sorted(
                 robot
-                for key, since in self._since.items()
-                if key not in self._reported and now - since >= problem.value[1]
-                for kind, robot in [key]
-                if kind is problem
-            ]
+                for kind, robot in new
+                if kind is problem and now - self._since[kind, robot] >= lasts_s
+            )
             if robots:
-                robots.sort()
                 self._reported |= {(problem, robot) for robot in robots}
-                text = _in_words(problem, robots, self._found[problem, robots[0]])
+                words, about = robots_in_words(robots), self._found[problem, robots[0]]
+                more = f' (and so for {robots_in_words(robots[1:])})' if robots[1:] else ''
+                text = text.format(robots=words, about=about, more=more)
                 self._node.get_logger().warning(text)
-
-
-def _in_words(problem: Problem, robots: list[int], about: str) -> str:
-    """Return a warning about some robots, with what is known about the first one."""
-    others = robots[1:]
-    if problem is Problem.MIXED:
-        more = f' (and {len(others)} more topics)' if others else ''
-        return f'{about}{more}; choose with --cmd-vel-type'
-    if problem is Problem.UNHEARD:
-        return f'nothing listens to cmd_vel of {robots_in_words(robots)}: commands do not arrive'
-    if problem is Problem.RIVAL:
-        return (
-            f'another controller also commands {robots_in_words(robots)} ({about}); stop one of '
-            'them'
-        )
-    more = f' (and that of {robots_in_words(others)})' if others else ''
-    return (
-        f'{about}{more}; the robot follows all of them: stop all but one ({cmd_vel_topics.KILLED})'
-    )

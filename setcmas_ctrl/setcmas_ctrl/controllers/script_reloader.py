@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from std_msgs.msg import Bool
-
 from setcmas_ctrl.controllers.controlled_fleet import ControlledFleet
 from setcmas_ctrl.laws.script_imports import with_helpers
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.ros import qos
-from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.script_calls import Function
 
 SETTLED_S = 0.25
@@ -37,21 +31,16 @@ class FileWatch:
 
     def __init__(self, files: Iterable[Path]) -> None:
         self.saved: set[Path] = set()
-        self._seen: dict[Path, _Signature] = {}
+        self._seen = {file: _signature(file) for file in files}
         self._changing: dict[Path, _Signature] = {}
         self._since = 0.0
-        self.watch(files)
 
-    def watch(self, files: Iterable[Path], new_are_saved: bool = False) -> None:
-        """Watch these files; those not watched before count as saved now if `new_are_saved`."""
-        self._seen = {
-            file: self._seen.get(file, _GONE if new_are_saved else _signature(file))
-            for file in files
-        }
+    def poll(self, files: Iterable[Path], now: float) -> bool:
+        """Return True once after each save of one of the files; `now` is in s, on a steady clock.
 
-    def poll(self, now: float) -> bool:
-        """Return True once after each save of a file; `now` is in s of any steady clock."""
-        current = {file: _signature(file) for file in self._seen}
+        A new file counts as saved, such as a module that was missing.
+        """
+        current = {file: _signature(file) for file in files}
         if current == self._seen:
             self._changing = current
             return False
@@ -60,7 +49,7 @@ class FileWatch:
         odd = any(size == 0 for _, size, _ in current.values())
         if now - self._since < (_ODD_SETTLED_S if odd else SETTLED_S):
             return False
-        self.saved = {file for file, now_is in current.items() if now_is != self._seen[file]}
+        self.saved = {file for file, now_is in current.items() if now_is != self._seen.get(file)}
         self._seen = current
         return True
 
@@ -77,8 +66,7 @@ class ScriptReloader:
 
     The new laws start as in a new run: fresh state, the same random numbers, and t = 0 unless
     other processes share t; robots keep their poses. If a version does not load, the robots stop
-    until the next version. In an experiment that is not paused (topic /paused), a new version
-    waits for the pause.
+    until the next version. In an experiment, a new version waits until the robots are paused.
     """
 
     def __init__(self, fleet: ControlledFleet) -> None:
@@ -90,17 +78,13 @@ class ScriptReloader:
         self._scripts = list(dict.fromkeys([*(law.path for law in scripts.laws), *others]))
         self._files = FileWatch(self._with_helpers())
         self._is_new = self._asked_to_pause = False
-        self._last_moving = -math.inf
-        self._paused = PolledTopic(fleet.node, Bool, topics.PAUSED, self._on_paused, qos.EVENT)
 
     def poll(self) -> None:
         """Look for a new version, and load it."""
-        self._paused.take()
-        self._files.watch(self._with_helpers(), new_are_saved=True)  # such as a missing module
-        self._is_new = self._files.poll(time.monotonic()) or self._is_new
+        self._is_new = self._files.poll(self._with_helpers(), time.monotonic()) or self._is_new
         if not self._is_new:
             return
-        if self._is_moving():
+        if self._fleet.options.experiment and not self._fleet.monitor.is_paused:
             self._ask_to_pause()
             return
         self._is_new = self._asked_to_pause = False
@@ -140,7 +124,7 @@ class ScriptReloader:
             scripts.reload()
             for sender in fleet.senders:
                 sender.broadcast = scripts.broadcast(sender.robot)
-            fleet.driven.load_conversions()
+            fleet.load_conversions()
         except SetcmasError:
             scripts.laws = []
             raise
@@ -152,9 +136,6 @@ class ScriptReloader:
             fleet.monitor.run_time.begin_anew()
             fleet.network.forget_messages()
 
-    def _is_moving(self) -> bool:
-        return time.monotonic() - self._last_moving < self._fleet.options.pause_timeout
-
     def _ask_to_pause(self) -> None:
         if not self._asked_to_pause:
             self._asked_to_pause = True
@@ -162,6 +143,3 @@ class ScriptReloader:
                 f'{self._saved()} was saved, but the experiment is not paused: the robots '
                 'keep the earlier version; pause to load the new one'
             )
-
-    def _on_paused(self, message: Bool) -> None:
-        self._last_moving = -math.inf if message.data else time.monotonic()

@@ -42,7 +42,7 @@ def test_several_publishers_of_a_velocity_are_named_in_one_line(start, peer):
         peer.publisher(Point32, f'/tb3_{robot}/cmd_cart_vel', listeners=0)
     laws = start(*CTRL, '--algo', 'nav_wp')
     laws.wait_for_output(
-        '/tb3_2/cmd_cart_vel is published by /peer and /tb3_2/controller (and that of robot 3); '
+        '/tb3_2/cmd_cart_vel is published by /peer and /tb3_2/controller (and so for robot 3); '
         'the robot follows all of them: stop all but one'
     )
 
@@ -74,5 +74,5 @@ def test_the_type_of_the_commands_can_be_forced_which_is_reported_once(start, pe
     peer.wait_for(lambda: plain)
     process.wait_for_output(
         '/tb3_1/cmd_vel carries Twist, but /tb3_1/virtual_robot takes TwistStamped '
-        '(and 2 more topics); choose with --cmd-vel-type'
+        '(and so for robots 2-3); choose with --cmd-vel-type'
     )

@@ -9,6 +9,7 @@ from processes import CTRL, SIMU
 
 pytest.importorskip('rclpy')
 
+from nav_msgs.msg import Odometry
 from ros_peer import position, velocity
 from std_msgs.msg import Bool, UInt16
 
@@ -19,14 +20,14 @@ def test_a_save_is_noticed_once_it_has_settled(tmp_path):
     path = tmp_path / 'law.py'
     path.write_text('a')
     watch = FileWatch([path])
-    assert not watch.poll(0.0)
+    assert not watch.poll([path], 0.0)
 
     path.write_text('half of')
-    assert not watch.poll(1.0)
+    assert not watch.poll([path], 1.0)
     path.write_text('half of the file')
-    assert not watch.poll(1.0 + SETTLED_S)  # it has changed again
-    assert watch.poll(1.0 + 2 * SETTLED_S)
-    assert not watch.poll(1.0 + 3 * SETTLED_S)
+    assert not watch.poll([path], 1.0 + SETTLED_S)  # it has changed again
+    assert watch.poll([path], 1.0 + 2 * SETTLED_S)
+    assert not watch.poll([path], 1.0 + 3 * SETTLED_S)
 
 
 def test_a_file_of_the_same_size_and_time_that_takes_the_name_is_noticed(tmp_path):
@@ -38,8 +39,8 @@ def test_a_file_of_the_same_size_and_time_that_takes_the_name_is_noticed(tmp_pat
 
     other.replace(path)
 
-    assert not watch.poll(0.0)
-    assert watch.poll(SETTLED_S)
+    assert not watch.poll([path], 0.0)
+    assert watch.poll([path], SETTLED_S)
 
 
 def test_a_file_that_is_away_or_empty_for_a_moment_is_waited_for(tmp_path):
@@ -48,43 +49,26 @@ def test_a_file_that_is_away_or_empty_for_a_moment_is_waited_for(tmp_path):
     watch = FileWatch([path])
 
     path.unlink()
-    assert not watch.poll(0.0)
-    assert not watch.poll(SETTLED_S)
+    assert not watch.poll([path], 0.0)
+    assert not watch.poll([path], SETTLED_S)
     path.touch()
-    assert not watch.poll(2 * SETTLED_S)
-    assert not watch.poll(3 * SETTLED_S)
+    assert not watch.poll([path], 2 * SETTLED_S)
+    assert not watch.poll([path], 3 * SETTLED_S)
     path.write_text('bc')
-    assert not watch.poll(4 * SETTLED_S)
-    assert watch.poll(5 * SETTLED_S)
+    assert not watch.poll([path], 4 * SETTLED_S)
+    assert watch.poll([path], 5 * SETTLED_S)
 
 
-def test_files_that_are_added_count_from_now_on_and_the_others_as_before(tmp_path):
+def test_a_file_that_is_new_counts_as_saved(tmp_path):
     first, second = tmp_path / 'law.py', tmp_path / 'helper.py'
     first.write_text('a')
     watch = FileWatch([first])
-    first.write_text('ab')
     second.write_text('b')
 
-    watch.watch([first, second])
-
-    assert not watch.poll(0.0)
-    assert watch.poll(SETTLED_S)
-    assert not watch.poll(2 * SETTLED_S)
-
-
-def test_a_file_that_is_new_counts_as_saved_where_it_was_missing(tmp_path):
-    first, second = tmp_path / 'law.py', tmp_path / 'helper.py'
-    first.write_text('a')
-    watch = FileWatch([first])
-    watch.watch([first], new_are_saved=True)
-    assert not watch.poll(0.0)
-    second.write_text('b')
-
-    watch.watch([first, second], new_are_saved=True)
-
-    assert not watch.poll(1.0)
-    assert watch.poll(1.0 + SETTLED_S)
-    assert not watch.poll(1.0 + 2 * SETTLED_S)
+    assert not watch.poll([first, second], 1.0)
+    assert watch.poll([first, second], 1.0 + SETTLED_S)
+    assert watch.saved == {second}
+    assert not watch.poll([first, second], 1.0 + 2 * SETTLED_S)
 
 
 LAW = """
@@ -152,20 +136,23 @@ def test_the_newest_version_controls_the_robots(start, peer, tmp_path):
 def test_in_an_experiment_it_waits_for_the_pause(start, peer, tmp_path):
     law = tmp_path / 'law.py'
     law.write_text('def control(i, n, p, t):\n    return 0.1, 0\n')
-    start(*SIMU, '--nb-robots', '1')
+    pose, paused = Odometry(), Bool(data=False)
+    pose.pose.pose.orientation.w = 1.0
+    poses = peer.publisher(Odometry, '/mocap/tb3_1/odom', listeners=0)
+    pause = peer.publisher(Bool, '/paused', listeners=0)
+    peer.node.create_timer(0.1, lambda: (poses.publish(pose), pause.publish(paused)))
     command = peer.cmd_cart_vel(1)
-    process = start(*CTRL, '--algo', str(law), '--watch')
-    paused = peer.publisher(Bool, '/paused')
-    state = Bool(data=False)
-    peer.node.create_timer(0.1, lambda: paused.publish(state))
-    peer.wait_for_new(command, 5)  # at one of these steps at the latest it has heard that
+    process = start(*CTRL, '--algo', str(law), '--watch', '--experiment', '--nb-robots', '1')
+    peer.wait_for(lambda: command and command[-1].x == pytest.approx(0.1))
 
     save(law, 'def control(i, n, p, t):\n    return 0.2, 0\n')
     peer.wait_for(lambda: 'pause to load the new one' in process.output())
     peer.wait_for_new(command, 5)
     assert command[-1].x == pytest.approx(0.1)
 
-    state.data = True
+    paused.data = True
+    peer.wait_for(lambda: 'law.py was saved and reloaded' in process.output())
+    paused.data = False
     peer.wait_for(lambda: command[-1].x == pytest.approx(0.2))
 
 
