@@ -20,7 +20,7 @@ from setcmas_tools.page.document import changes, colour_code, look_entry, page_c
 from setcmas_tools.plots.reference_lines import draw_references, draws_references
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
-from setcmas_tools.run.run_records import MARKER, MOVING, Drawing, DrawnOverTime, SentMessage
+from setcmas_tools.run.run_records import MARKER, MOVING, Drawing, DrawnOverTime
 
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D
@@ -71,22 +71,21 @@ def fleet_entry(run: Run, t: Floats) -> list[dict[str, Any]]:
         track = Track(run.table.of(robot))
         columns = zip(_COLUMNS, (*track.poses(t), *track.speeds(t)), strict=True)
         steps = enumerate(zip(t[:-1].tolist(), t[1:].tolist(), strict=True), 1)
-        entry = look_entry(robot, models[robot], len(models))
-        entry |= {name: rounded(values) for name, values in columns}
+        entry = {name: rounded(values) for name, values in columns}
         # Where a robot was moved, rather than drove.
-        entries.append(entry | {'breaks': [k for k, pair in steps if track.is_broken(*pair)]})
+        entry['breaks'] = [k for k, pair in steps if track.is_broken(*pair)]
+        entries.append(look_entry(robot, models[robot], len(models)) | entry)
     return entries
 
 
 _MOST_CALLS = 6_000
 """Of all robots; of longer runs the page has each second, fifth, ... call."""
-_MOST_MESSAGES = 20_000
 
 
 def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
     """Return the calls of each robot's law, by its number."""
     begin = _begin_of(run) - SAME_TIME_S
-    fastest, sent = _fastest(run), _sent_values(run)
+    fastest = _fastest(run)
     each = 1 + len(run.commands.t) // _MOST_CALLS if run.commands else 1
     entries = {}
     for robot in run.robots:
@@ -117,35 +116,8 @@ def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
         if filtered:
             entry['allowedX'] = rounded(filtered.vx[rows])
             entry['allowedY'] = rounded(filtered.vy[rows])
-        entries[robot] = entry | sent.get(robot, {})
+        entries[robot] = entry
     return entries
-
-
-def _sent_values(run: Run) -> dict[int, dict[str, Any]]:
-    """Return the values that laws sent, as text, by the robots that sent any."""
-    if len(run.messages) > _MOST_MESSAGES:
-        return {}
-    sent: dict[int, list[SentMessage]] = {}
-    for message in run.messages:
-        sent.setdefault(message.robot, []).append(message)
-    return {
-        robot: {
-            'messages': {
-                't': rounded([one.t for one in messages]),
-                'texts': changes([_in_words(one.value) for one in messages]),
-            }
-        }
-        for robot, messages in sent.items()
-    }
-
-
-def _in_words(value: Any) -> str:
-    """Return a value as short text, such as 'x = 1.5, goal = [2, 3]'."""
-    if isinstance(value, Mapping):
-        return ', '.join(f'{name} = {_in_words(one)}' for name, one in value.items())
-    if not np.ndim(value):
-        return f'{value:.4g}'
-    return f'[{", ".join(_in_words(one) for one in np.asarray(value))}]'
 
 
 def _fastest(run: Run) -> float:

@@ -102,6 +102,7 @@ def page_content(**known: Any) -> dict[str, Any]:
     return empty | known
 
 
+@functools.lru_cache(4096)
 def look_entry(robot: int, model: str, nb_robots: int) -> dict[str, Any]:
     """Return name, colour and outline of a robot, and the size in m of a unit of the outline."""
     outline = symbol(model)

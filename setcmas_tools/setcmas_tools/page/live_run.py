@@ -191,7 +191,6 @@ class LiveRun:
             'shapes': _Items(self._items['shapes'].values),
         }
         self._frames: deque[Message] = deque(maxlen=MOST_FRAMES)
-        self._looks: dict[int, tuple[str, int]] = {}
         self._begins = True
         self._status: Message = {}
 
@@ -256,7 +255,6 @@ class LiveRun:
             seen = self._seen.items()
             self._seen = {r: one for r, one in seen if now - one.time <= FORGOTTEN_S}
         t = self._t(now)
-        self._look()
         self._describe_robots(now)
         found: list[Message] = [{'kind': 'begin'}] if self._begins else []
         for kind, items in self._items.items():
@@ -291,14 +289,6 @@ class LiveRun:
         limit = math.inf if self.ended else LOST_S
         return np.array([now - self._seen[robot].time > limit for robot in robots], bool)
 
-    def _look(self) -> None:
-        robots = self.robots
-        for robot in robots:
-            look = self.models.get(robot, UNICYCLE), len(robots)
-            if self._looks.get(robot) != look:
-                self._looks[robot] = look
-                self._items['looks'].put(robot, look_entry(robot, *look))
-
     def _frame(self, now: float) -> Message:
         robots = self.robots
         put, self._put = sorted(self._put), set()
@@ -326,6 +316,8 @@ class LiveRun:
                 level, text = self.states.describe(robot, lost, self._seen[robot].speed, now)
             state = _KINDS.get(level, 'failed'), text.partition(':')[0], text
             self._items['states'].put(robot, state)
+            look = look_entry(robot, self.models.get(robot, UNICYCLE), len(robots))
+            self._items['looks'].put(robot, look)
 
     def _described(self, now: float) -> Message:
         robots, paused = self.robots, self.states.paused(now)

@@ -59,14 +59,16 @@ def site(exercises: Sequence[str] = (), pyodide: Path | None = None) -> Files:
         pyodide: Folder with a release of Pyodide, which is copied; None for jsDelivr's.
     """
     known = json.loads((_TEMPLATES / 'pyodide.json').read_text(encoding='utf-8'))
-    version = known['lock']['info']['version']
-    cdn = CDN.format(version=version)
-    if pyodide:
-        address, lock = 'pyodide/', _lock(pyodide, version)
-        core = {name: _sha256(_content(pyodide, name)) for name in known['core']}
-    else:
-        address, lock, core = cdn, known['lock'], known['core']
-    first, later = _parts(lock, core, address)
+    lock = _lock(pyodide, known['lock']) if pyodide else known['lock']
+    cdn = CDN.format(version=lock['info']['version'])
+    address = 'pyodide/' if pyodide else cdn
+    core = [_part(name, address + name, digest) for name, digest in known['core'].items()]
+    wheels = {
+        name: _part(one['file_name'], address + one['file_name'], one['sha256'])
+        for name, one in lock['packages'].items()
+    }
+    later = [wheels.pop(name) for name in sorted(wheels) if name not in FIRST]
+    from_pyodide = [*core, *wheels.values(), *later]
     rubrics = [Path(one) for one in exercises if _is_file(one)]
     offered = catalogue([one for one in exercises if not _is_file(one)], rubrics)
     own = {
@@ -75,7 +77,7 @@ def site(exercises: Sequence[str] = (), pyodide: Path | None = None) -> Files:
         LOCK: json.dumps(lock).encode(),
     }
     parts = {
-        'first': [*first, *(_part(one, one, _sha256(own[one])) for one in own)],
+        'first': [*core, *wheels.values(), *(_part(one, one, _sha256(own[one])) for one in own)],
         'later': later,
         'packages': FIRST,
         'later_packages': LATER,
@@ -83,18 +85,52 @@ def site(exercises: Sequence[str] = (), pyodide: Path | None = None) -> Files:
     texts = _page_files('' if pyodide else '{0.scheme}://{0.netloc}'.format(urlsplit(cdn)))
     texts |= {'catalogue.json': json.dumps(offered), PARTS: json.dumps(parts)}
     files = {path: text.encode() for path, text in texts.items()} | own
-    return files | _copied(pyodide, first + later) if pyodide else files
+    return files | _copied(pyodide, from_pyodide) if pyodide else files
+
+
+def _lock(folder: Path, known: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the lock of a folder, with the packages that the page needs."""
+    if not folder.is_dir():
+        raise SetcmasError(f"--pyodide is '{folder}'; it must be a folder")
+    version = known['info']['version']
+    try:
+        lock = json.loads(_content(folder, LOCK))
+        if lock['info']['version'] != version:
+            found = lock['info']['version']
+            raise SetcmasError(f"'{folder}' has Pyodide {found}; it must be {version}")
+        return {**lock, 'packages': {name: lock['packages'][name] for name in known['packages']}}
+    except (ValueError, TypeError, KeyError) as error:
+        raise SetcmasError(
+            f"'{folder / LOCK}' does not list what the page needs: {error}"
+        ) from error
+
+
+def _content(folder: Path, name: str) -> bytes:
+    try:
+        return (folder / name).read_bytes()
+    except OSError as error:
+        raise SetcmasError(
+            f"'{folder}' lacks '{name}' of Pyodide: {error.strerror}; unpack the whole release"
+        ) from error
 
 
 def _copied(folder: Path, parts: Iterable[Mapping[str, str]]) -> Files:
     """Return the contents of parts, by their addresses, or raise SetcmasError."""
-    files = {}
+    files = {one['address']: _content(folder, one['name']) for one in parts}
     for one in parts:
-        content = _content(folder, one['name'])
-        if one['integrity'] != _integrity(_sha256(content)):
-            raise SetcmasError(f"'{folder / one['name']}' is not the file that {LOCK} lists")
-        files[one['address']] = content
+        if one != _part(one['name'], one['address'], _sha256(files[one['address']])):
+            raise SetcmasError(f"'{folder / one['name']}' is not that of the release of Pyodide")
     return files
+
+
+def _part(name: str, address: str, digest: str) -> dict[str, str]:
+    """Return what a page asks for: name, address, and digest (SHA-256, in hexadecimal)."""
+    integrity = f'sha256-{base64.b64encode(bytes.fromhex(digest)).decode()}'
+    return {'name': name, 'address': address, 'integrity': integrity}
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _page_files(connects: str) -> dict[str, str]:
@@ -116,71 +152,6 @@ def _page_files(connects: str) -> dict[str, str]:
     own['style.css'] = template('base.css') + template('style.css') + own.pop('site.css')
     del own['pyodide.json']
     return own | {f'player/{name}': template(name) for name in MODULES}
-
-
-def _lock(folder: Path, version: str) -> dict[str, Any]:
-    """Return the lock of a folder, with the packages that the page needs."""
-    if not folder.is_dir():
-        raise SetcmasError(f"--pyodide is '{folder}'; it must be a folder")
-    try:
-        lock = json.loads(_content(folder, LOCK))
-        found = lock['info']['version']
-        if found != version:
-            raise SetcmasError(f"'{folder}' has Pyodide {found}; it must be {version}")
-        names = _closure(lock['packages'], (*FIRST, *LATER))
-        return {**lock, 'packages': {name: lock['packages'][name] for name in names}}
-    except (ValueError, TypeError, KeyError) as error:
-        raise SetcmasError(
-            f"'{folder / LOCK}' does not list what the page needs: {error}"
-        ) from error
-
-
-def _content(folder: Path, name: str) -> bytes:
-    try:
-        return (folder / name).read_bytes()
-    except OSError as error:
-        raise SetcmasError(
-            f"'{folder}' lacks '{name}' of Pyodide: {error.strerror}; unpack the whole release"
-        ) from error
-
-
-def _closure(packages: Mapping[str, Any], names: Iterable[str]) -> list[str]:
-    """Return packages with all that they depend on, in a fixed order."""
-    found: set[str] = set()
-    waiting = [*names]
-    while waiting:
-        name = waiting.pop().lower()
-        if name not in found:
-            found.add(name)
-            waiting += packages[name]['depends']
-    return sorted(found)
-
-
-def _parts(
-    lock: Mapping[str, Any], core: Mapping[str, str], address: str
-) -> tuple[list[dict[str, str]], list[dict[str, str]]]:
-    """Return name, address and digest of the files for the first run, and of those for plots."""
-    packages = lock['packages']
-    early = _closure(packages, FIRST)
-    late = [name for name in _closure(packages, LATER) if name not in early]
-    files = {name: _part(name, address + name, digest) for name, digest in core.items()}
-    wheels = {
-        name: _part(one['file_name'], address + one['file_name'], one['sha256'])
-        for name, one in packages.items()
-    }
-    return [*files.values(), *(wheels[name] for name in early)], [wheels[name] for name in late]
-
-
-def _part(name: str, address: str, digest: str) -> dict[str, str]:
-    return {'name': name, 'address': address, 'integrity': _integrity(digest)}
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
-
-
-def _integrity(digest: str) -> str:
-    return f'sha256-{base64.b64encode(bytes.fromhex(digest)).decode()}'
 
 
 def _is_file(exercise: str) -> bool:
@@ -366,8 +337,6 @@ def _input(option: Option) -> str:
         return 'switch'
     if option.is_several:
         return 'several'
-    if isinstance(option.kind, Number):
+    if isinstance(option.kind, (Number, Whole)):
         return 'number'
-    if isinstance(option.kind, Whole):
-        return 'whole'
     return 'choice' if option.kind.choices else 'text'

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 import time
 import zipfile
 from collections.abc import Callable, Mapping
@@ -15,6 +16,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 from setcmas_ctrl.laws.script_errors import summarise
@@ -75,6 +77,7 @@ class _Page(io.TextIOBase):
         self._say = say
         self._printed = ''
         self._letters = 0
+        self.sent_at = time.perf_counter()
 
     def write(self, text: str) -> int:
         """Print a text; what exceeds a limit is not shown."""
@@ -91,6 +94,7 @@ class _Page(io.TextIOBase):
 
     def send(self, **message: Any) -> None:
         """Pass a message on."""
+        self.sent_at = time.perf_counter()
         self._say(json.dumps(message))
 
     def end(self) -> None:
@@ -105,9 +109,33 @@ class _Page(io.TextIOBase):
         self.send(reached=t, of=of)
 
 
+def _name_loops(page: _Page, limit_s: float | None) -> None:
+    """Name the line of a script in a loop, once the page has heard nothing for so long.
+
+    The page can end a loop, but it cannot see where it is.
+    """
+    if sys.version_info >= (3, 12):  # as in Pyodide
+        monitoring, tool = sys.monitoring, sys.monitoring.DEBUGGER_ID
+        folder = str(_SCRIPTS.absolute())
+
+        def on_jump(code: CodeType, *_: int) -> object:
+            if not code.co_filename.startswith(folder):
+                return monitoring.DISABLE
+            if limit_s and time.perf_counter() - page.sent_at > limit_s:
+                line = sys._getframe(1).f_lineno
+                page.send(loops=f'{Path(code.co_filename).name}, line {line}')
+            return None
+
+        if not monitoring.get_tool(tool):
+            monitoring.use_tool_id(tool, 'setcmas')
+        monitoring.register_callback(tool, monitoring.events.JUMP, on_jump)
+        monitoring.set_events(tool, monitoring.events.JUMP)
+
+
 def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -> str:
     """Return the answer of some work, or why there is none, as JSON."""
     page, asked = _Page(say), json.loads(request)
+    _name_loops(page, asked.get('limit'))
     try:
         with redirect_stdout(page), redirect_stderr(page):
             answer = {'ok': True, **work(asked, page)}

@@ -189,7 +189,8 @@ def test_a_law_that_hangs_is_stopped_by_hand_and_by_itself(page):
 
     page.write(LAW.replace('x =', 'while t > 1: pass\n    x ='))
     page.run()
-    assert 'has not answered for 15 s after t = 1.' in page.text('#problem')
+    assert ', line 7: this loop has not ended within 15 s after t = 1.' in page.text('#problem')
+    assert page.text('.cm-line.mistake') == '    while t > 1: pass'
 
 
 ATTACK = """

@@ -3,7 +3,6 @@ import pytest
 from report_pages import HOSTILE
 from runs import run_of
 
-from setcmas_ctrl import network
 from setcmas_tools.measures.agreement import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
 from setcmas_tools.offline.offline_simulation import simulate
@@ -103,17 +102,6 @@ def test_a_failure_lasts_until_another_one_or_until_the_law_works(tmp_path):
     assert (divides.t, divides.until) == (2.0, 3.0)
     assert 'control returned None' in returns.text
     assert [failure_at(run, *call) for call in ((2, 1.0), (2, 4.0), (1, 2.5))] == [None] * 3
-
-
-def test_values_that_laws_sent_are_shown_as_text():
-    def control(robot, nb_robots, poses, t):
-        network.send({'a': [robot, t]} if robot > 1 else t)
-        return 0.1 * robot, 0.1
-
-    entries = calls_entry(simulate(control, 2, 2.0))
-
-    assert entries[1]['messages']['texts'][1] == (1, '0.2')
-    assert entries[2]['messages']['texts'][1] == (1, 'a = [2, 0.2]')
 
 
 def test_states_of_an_experiment():

@@ -40,10 +40,6 @@ function unpackRobot(robot) {
 
 function unpackCalls(calls) {
   for (const name of ['t', 'vx', 'vy', 'allowedX', 'allowedY']) if (calls[name]) calls[name] = numbers(calls[name]);
-  if (calls.messages) {
-    calls.messages.t = numbers(calls.messages.t);
-    calls.messages.texts = spread(calls.messages.texts, calls.messages.t.length);
-  }
   calls.words = spread(calls.words, calls.t.length);
 }
 
@@ -97,13 +93,6 @@ export const first = () => times.length ? times[0] : 0;
 export const last = () => times.length ? times[times.length - 1] : 0;
 export const indexAt = t => Math.max(0, Math.min(times.length - 1, countUntil(times, t) - 1));
 export const wrapped = angle => Math.atan2(Math.sin(angle), Math.cos(angle));
-
-// The last value that a law sent at or before a time; null without any.
-export function valueAt(calls, time) {
-  if (!calls || !calls.messages) return null;
-  const {t, texts} = calls.messages, place = countUntil(t, time) - 1;
-  return place < 0 ? null : {t: t[place], text: texts[place]};
-}
 
 // A robot between two of its poses, the first of which has a place; null where it is not known.
 export function poseAt(robot, t, k = indexAt(t)) {

@@ -1,7 +1,7 @@
 // The table of the robots, and details of the selected one.
 
 import {find, number} from './canvas.js';
-import {callAt, isLive, poseAt, robots, stateAt, valueAt, wrapped} from './history.js';
+import {callAt, isLive, poseAt, robots, stateAt, wrapped} from './history.js';
 
 const rows = new Map();
 const UNKNOWN = {x: NaN, y: NaN, theta: NaN, v: NaN};
@@ -57,8 +57,6 @@ export function fillAbout(now, selected) {
   else line('Its pose is unknown at this time.');
   if (call) aboutCall(call); else if (!words && !isLive) line('No call of its law is recorded before this time.');
   if (words) line(words).className = kind;
-  const message = call && valueAt(call.calls, call.t);
-  if (message) line(`Its law sent ${message.text} at t = ${number(message.t, 2)} s.`);
 }
 function aboutCall({calls, place, kind, t, vx, vy}) {
   if (kind !== 'failed') line(`Its law, called at t = ${number(t, 2)} s, returned (${number(vx, 3)}, ${number(vy, 3)}) m/s, `,

@@ -13,7 +13,7 @@ const SILENCE_MS = {run: 15_000, check: 120_000};  // a run tells each of its st
 const KEEP_MS = 300;
 const FIRST = 'law:consensus';
 const SHARED = 'This law comes from a link. Read it before you run it.';
-let python = null, source = FIRST, reached = null, keeping = null;
+let python = null, source = FIRST, reached = null, loop = null, keeping = null;
 
 const work = () => ({name: find('file-name').value, text: text(), source, values: values(), set: find('set').value});
 const status = text => { find('status').textContent = text; };
@@ -94,22 +94,24 @@ function setBusy(busy) {
   find('progress').hidden = !busy;
   if (busy) find('progress').removeAttribute('value');
 }
-function hear({print, warn, reached: t, of, scenario, loading}) {
+function hear({print, warn, reached: t, of, scenario, loading, loops}) {
   if (print) find('printed').append(print);
   if (warn) find('warnings').append(message(warn, 'note'));
   if (t !== undefined) { reached = t; Object.assign(find('progress'), {max: of, value: t}); status(`Running: t = ${t.toFixed(1)} of ${of} s`); }
+  if (loops) { loop = loops; python.end('silent'); }
   if (scenario) status(`Checking: ${scenario}`);
   if (loading) status('Loading the parts for plots (10 MB, the first time) ...');
   find('output').hidden = !find('printed').textContent;
 }
 function endedText(reason, limit) {
-  const when = reached === null ? '' : ` after t = ${reached.toFixed(1)} s`;
-  return reason === 'silent' ? `The script has not answered for ${limit / 1000} s${when}, and was ended. Look for a loop that never ends.` : reason;
+  if (reason !== 'silent') return reason;
+  const when = reached === null ? '' : ` after t = ${reached.toFixed(1)} s`, where = loop ? `${loop}: this loop` : 'The script';
+  return `${where} has not ended within ${limit / 1000} s${when}, and was stopped. Look for a condition that never changes.`;
 }
 async function call(name, asked, show) {
   if (!find('do-stop').disabled) return;
   const limit = SILENCE_MS[name] ?? Infinity;
-  reached = null;
+  reached = loop = null;
   setBusy(true);
   if (name in SILENCE_MS) {
     showError('');

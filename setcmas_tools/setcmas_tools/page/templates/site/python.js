@@ -68,7 +68,7 @@ export class Python {
     this.heard = performance.now();
     const watch = this.watch(limit);
     try {
-      const answer = await this.send({does: 'call', name, request: JSON.stringify(request)});
+      const answer = await this.send({does: 'call', name, request: JSON.stringify({...request, limit: limit / 1000})});
       if (typeof answer !== 'string') return answer;
       const found = JSON.parse(answer);
       if (found.broken) throw new Error(found.error);
