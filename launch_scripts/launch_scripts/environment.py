@@ -53,20 +53,13 @@ def check_ros(without: str = '') -> None:
         )
     if first.is_relative_to(Path(sys.prefix).resolve()):
         return  # pip has seen to it
-    if not list(first.glob(f'rclpy/_rclpy_pybind11.{sys.implementation.cache_tag}*')):
-        raise SetcmasError(
-            f'the ROS 2 in {first} is for another Python than {platform.python_version()} '
-            f"({sys.executable}): use the system's python3, or a virtual environment made with it"
-        )
     trial = subprocess.run([sys.executable, '-c', _TRIAL], capture_output=True, text=True)
     if trial.returncode:
-        from importlib.metadata import version  # not needed for help texts
-
-        numpy = version('numpy')
-        advice = _SOURCE_IT if numpy.startswith('1.') else "pip install 'numpy<2'"
         reason = (trial.stderr.strip().splitlines() or [f'status {trial.returncode}'])[-1]
         raise SetcmasError(
-            f'the ROS 2 in {first} does not work with numpy {numpy}: {advice}; its error: {reason}'
+            f'the ROS 2 in {first} does not work with Python {platform.python_version()} '
+            f"({sys.executable}): use the system's python3, or a virtual environment made with "
+            f"it, and pip install 'numpy<2'; its error: {reason}"
         )
 
 

@@ -171,7 +171,7 @@ class Supervisor:
         self._selector.register(pipe, selectors.EVENT_READ, take)
 
     def _printer(self, child: Child, stream: Stream) -> Callable[[bytes], None]:
-        lines = LineBuffer(f'[{child.name}] ' if self._prefix else '', stream)
+        lines = LineBuffer(f'[{child.name}] ' if self._prefix else '')
 
         def show(data: bytes) -> None:
             for line in lines.feed(data):

@@ -89,13 +89,6 @@ class Keyboard:
         return keys.decode(errors='replace')
 
 
-@contextmanager
-def open_keyboard() -> Iterator[Keyboard]:
-    """Read single keys; restore the terminal at the end."""
-    with single_key_terminal() as there:
-        yield Keyboard(there)
-
-
 def single_keys(keys: str) -> str:
     """Remove keys that send several characters, such as arrows."""
     return _SEQUENCES.sub('', keys)
@@ -138,8 +131,7 @@ LOG_FORMAT = '{severity}|{message}'
 class LineBuffer:
     """Splits the output of a process into lines."""
 
-    def __init__(self, prefix: str, stream: Stream) -> None:
-        self.stream = stream
+    def __init__(self, prefix: str) -> None:
         self._prefix = prefix
         self._rest = b''
 

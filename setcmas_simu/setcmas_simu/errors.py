@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import sys
-import sysconfig
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 
 class SetcmasError(Exception):
@@ -25,8 +23,7 @@ _IN_A_WORKSPACE = (
 def install_command(extra: str) -> str:
     """Return the command that installs the packages of an extra, such as 'study'.
 
-    In a workspace built by colcon, rosdep installs them. A Python of the system refuses pip
-    without an option (PEP 668).
+    In a workspace built by colcon, rosdep installs them.
     """
     from importlib import metadata  # takes 2 MB, and few processes need it
 
@@ -34,9 +31,7 @@ def install_command(extra: str) -> str:
         metadata.distribution('setcmas')
     except metadata.PackageNotFoundError:
         return _IN_A_WORKSPACE
-    managed = Path(sysconfig.get_path('stdlib'), 'EXTERNALLY-MANAGED').is_file()
-    option = '--break-system-packages ' if managed and sys.prefix == sys.base_prefix else ''
-    return f"pip install {option}'setcmas[{extra}]'"
+    return f"pip install 'setcmas[{extra}]'"
 
 
 @contextmanager

@@ -97,19 +97,15 @@ def test_a_middleware_without_wheels_is_reported(domain, monkeypatch):
     refuses('simu', message='unset RMW_IMPLEMENTATION', cwd='.')
 
 
-THIS = sys.implementation.cache_tag
-
-
-def install(folder, python=THIS, message='class PoseWithCovariance: ...', trial=''):
+def install(folder, trial=''):
     """Lay out the packages of a ROS 2 as apt does, as far as a start of Python sees them."""
     for package in environment._PACKAGES:
         (folder / package).mkdir(parents=True)
         (folder / package / '__init__.py').touch()
-    (folder / 'rclpy' / f'_rclpy_pybind11.{python}-x86_64-linux-gnu.so').touch()
     (folder / 'rclpy' / 'serialization.py').write_text(
         f'def serialize_message(message):\n    {trial or "pass"}\n'
     )
-    (folder / 'geometry_msgs' / 'msg.py').write_text(message)
+    (folder / 'geometry_msgs' / 'msg.py').write_text('class PoseWithCovariance: ...')
     return folder
 
 
@@ -118,9 +114,8 @@ def path(monkeypatch, tmp_path):
     """Python's search path without a ROS 2; also that of processes that it starts."""
     installed = tmp_path / 'installed'
     installed.mkdir()
-    for name in ('numpy', 'setcmas'):
-        found = metadata.distribution(name)._path
-        (installed / found.name).symlink_to(found)
+    found = metadata.distribution('setcmas')._path
+    (installed / found.name).symlink_to(found)
     for name in environment._PACKAGES:
         monkeypatch.delitem(sys.modules, name, raising=False)
     without = [one for one in sys.path if 'site-packages' not in one]
@@ -156,22 +151,11 @@ def test_two_are_refused_with_both_folders(path, tmp_path):
         environment.check_ros()
 
 
-def test_one_for_another_python_is_refused(path, tmp_path):
-    path(install(tmp_path / 'opt', python='cpython-38'))
-
-    with pytest.raises(SetcmasError, match=f'another Python than {platform.python_version()}'):
-        environment.check_ros()
-
-
-@pytest.mark.parametrize(
-    ('numpy', 'advice'), [('2.1.0', "pip install 'numpy<2'"), ('1.26.4', 'source the setup.bash')]
-)
-def test_one_that_does_not_work_is_refused(path, tmp_path, monkeypatch, numpy, advice):
+def test_one_that_does_not_work_is_refused(path, tmp_path):
     reason = 'numpy.core.multiarray failed to import'
     path(install(tmp_path / 'opt', trial=f'raise ImportError({reason!r})'))
-    monkeypatch.setattr(metadata, 'version', lambda _: numpy)
 
-    with pytest.raises(SetcmasError, match=f'with numpy {numpy}: {advice}.*: {reason}$'):
+    with pytest.raises(SetcmasError, match=f"not work with Python .* 'numpy<2'; .*: {reason}$"):
         environment.check_ros()
 
 

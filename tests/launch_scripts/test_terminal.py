@@ -1,5 +1,4 @@
 import contextlib
-import io
 import os
 import pty
 import subprocess
@@ -47,7 +46,7 @@ def test_a_key_to_hold_is_reported_each_time():
 
 
 def fed(*chunks, prefix=''):
-    buffer = LineBuffer(prefix, io.StringIO())
+    buffer = LineBuffer(prefix)
     return [line for chunk in chunks for line in buffer.feed(chunk)]
 
 

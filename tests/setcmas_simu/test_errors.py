@@ -3,7 +3,6 @@
 import importlib
 import pickle
 import sys
-import sysconfig
 from importlib import metadata
 from pathlib import Path
 
@@ -82,13 +81,3 @@ def test_in_a_workspace_nobody_is_sent_to_pip(monkeypatch):
     monkeypatch.setattr(metadata, 'distribution', missing)
 
     assert install_command('study').startswith('PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install')
-
-
-def test_a_python_of_the_system_needs_an_option_of_pip(monkeypatch, tmp_path):
-    (tmp_path / 'EXTERNALLY-MANAGED').touch()
-    monkeypatch.setattr(sysconfig, 'get_path', lambda _: str(tmp_path))
-    assert install_command('study') == "pip install 'setcmas[study]'"  # here it is a virtual one
-
-    monkeypatch.setattr(sys, 'prefix', sys.base_prefix)
-
-    assert install_command('study') == "pip install --break-system-packages 'setcmas[study]'"

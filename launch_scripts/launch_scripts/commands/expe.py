@@ -40,8 +40,8 @@ from launch_scripts.terminal import (
     Keyboard,
     StartKey,
     Stream,
-    open_keyboard,
     open_operator_keyboard,
+    single_key_terminal,
     single_keys,
     warn,
 )
@@ -187,10 +187,11 @@ def _record(args: argparse.Namespace, scenario: Scenario, of_lab: LabOptions, la
     robots = [robot.number for robot in lab.robots]
     with (
         fleet_views(ViewOptions.of(args), robots, experiment=True) as views,
-        open_keyboard() as keyboard,
+        single_key_terminal() as there,
         ProgressSupervisor(experiment_environment(lab, emulated=True), prefix=True) as supervisor,
     ):
-        if keyboard.there:
+        keyboard = Keyboard(there)
+        if there:
             supervisor.warn('the robots start by themselves; Esc or space ends the run, so does q')
 
         def serve(experiment: Experiment) -> None:

@@ -22,7 +22,11 @@ def rviz_config(robots: list[int], experiment: bool = False) -> str:
 
     In an experiment motion capture provides the poses, and the arena is shown.
     """
-    displays = [_grid(), _axes(), _marker_array('obstacles', topics.OBSTACLES, depth=1)]
+    displays = [
+        _display('Grid', 'metres') | {'Cell Size': 1, 'Plane Cell Count': 20},
+        _display('Axes', 'axes') | {'Length': 0.5, 'Radius': 0.02},
+        _marker_array('obstacles', topics.OBSTACLES, depth=1),
+    ]
     if experiment:
         displays.append(_marker_array('arena', topics.ARENA, depth=1))
     displays += [_robot(robot, experiment) for robot in robots]
@@ -45,29 +49,18 @@ def _robot(robot: int, experiment: bool) -> dict[str, Any]:
         shown = [_odometry('pose', odometry, robot, keep=1)]
     else:
         odometry = topics.robot_topic(robot, topics.ODOM)
+        pose = {'Shape': 'Arrow', 'Topic': _topic(topics.robot_topic(robot, topics.POSE))}
         shown = [
             _marker('robot', topics.robot_topic(robot, topics.MARKER)),
-            _pose('pose', topics.robot_topic(robot, topics.POSE), robot),
+            _display('Pose', 'pose') | pose | _arrow(robot, 0.3),
         ]
     shown += [
         _odometry('trail', odometry, robot, keep=_TRAIL_LENGTH),
         _marker(WP_REF, topics.robot_topic(robot, WP_REF), latched=True),
         _marker_array(TRAJ_REF, topics.robot_topic(robot, TRAJ_REF), depth=_TRAIL_LENGTH),
     ]
-    group = _display('Group', topics.robot_name(robot), 'rviz_common')
-    return group | {'Displays': shown}
-
-
-def _grid() -> dict[str, Any]:
-    return _display('Grid', 'metres') | {'Cell Size': 1, 'Plane Cell Count': 20}
-
-
-def _axes() -> dict[str, Any]:
-    return _display('Axes', 'axes') | {'Length': 0.5, 'Radius': 0.02}
-
-
-def _pose(name: str, topic: str, robot: int) -> dict[str, Any]:
-    return _display('Pose', name) | {'Shape': 'Arrow', 'Topic': _topic(topic)} | _arrow(robot, 0.3)
+    group = {'Class': 'rviz_common/Group', 'Displays': shown}
+    return _display('Group', topics.robot_name(robot)) | group
 
 
 def _odometry(name: str, topic: str, robot: int, keep: int) -> dict[str, Any]:
@@ -116,5 +109,5 @@ def _topic(name: str, depth: int = 5, latched: bool = False) -> dict[str, Any]:
     }
 
 
-def _display(kind: str, name: str, package: str = 'rviz_default_plugins') -> dict[str, Any]:
-    return {'Class': f'{package}/{kind}', 'Enabled': True, 'Name': name, 'Value': True}
+def _display(kind: str, name: str) -> dict[str, Any]:
+    return {'Class': f'rviz_default_plugins/{kind}', 'Enabled': True, 'Name': name, 'Value': True}

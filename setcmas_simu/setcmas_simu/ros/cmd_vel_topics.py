@@ -31,29 +31,6 @@ def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
     return twist.linear.x, twist.angular.z
 
 
-def command(kind: str, frame: str) -> Twist | TwistStamped:
-    """Return a command for `filled`, of a type by its name in options."""
-    message = TYPES[kind]()
-    if isinstance(message, TwistStamped):
-        message.header.frame_id = frame
-    return message
-
-
-def filled(
-    message: Twist | TwistStamped, V: float, omega: float, left: float, stamp: Time | None
-) -> Twist | TwistStamped:
-    """Set forward speed (m/s), turn rate (rad/s) and speed to the left (m/s) of a command.
-
-    `stamp` is its time; by default now.
-    """
-    twist = message
-    if isinstance(message, TwistStamped):
-        message.header.stamp = stamp or messages.stamp()
-        twist = message.twist
-    twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
-    return message
-
-
 KILLED = 'a killed one is listed for up to 20 s'
 """Why more publishers may be found than there are: the default lease of Fast DDS."""
 
@@ -215,7 +192,12 @@ class CmdVelPublisher:
 
         `stamp` is the time of the command; by default that of the system.
         """
-        self._publisher.publish(filled(self._message, V, omega, left, stamp))
+        message = twist = self._message
+        if isinstance(message, TwistStamped):
+            message.header.stamp = stamp or messages.stamp()
+            twist = message.twist
+        twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
+        self._publisher.publish(message)
 
     def wait_until_sent(self) -> None:
         """Wait briefly until the last command has arrived."""
@@ -248,4 +230,6 @@ class CmdVelPublisher:
         kind = TYPES[self._type]
         self._publisher = self._node.create_publisher(kind, self.topic, self._profile)
         self.topic = self._publisher.topic_name
-        self._message = command(self._type, self._frame)
+        self._message = kind()
+        if isinstance(self._message, TwistStamped):
+            self._message.header.frame_id = self._frame
