@@ -60,7 +60,7 @@ def crossing(
     )  # fmt: skip
     found = separation(on_grid(run.table, 10.0))
     left = np.hypot(*(run.poses[-1, :2] - goals[:2]))
-    unsolved = run.commands.allowed.verdict == Verdict.NO_SOLUTION
+    unsolved = run.commands.verdict == Verdict.NO_SOLUTION
     return found.least_separation_m, int((left < ARRIVED_M).sum()), int(unsolved.sum()) // 8
 
 

@@ -6,7 +6,7 @@ from setcmas_tools.measures.metrics import measure
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo, write_info
-from setcmas_tools.run.run_tables import write_fleet
+from setcmas_tools.run.run_tables import RunTables, write_tables
 
 T = np.arange(0, 201) / 10
 """0 to 20 s at 10 Hz."""
@@ -31,7 +31,7 @@ def numbers(value):
 
 def write_run(folder, fleet, lab=None, **parameters):
     (folder / 'csv').mkdir(parents=True)
-    write_fleet(fleet, folder / 'csv' / 'fleet.csv')
+    write_tables(RunTables(fleet), folder / 'csv')
     write_info(RunInfo(scenario=parameters, lab=lab), folder)
     return folder
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from setcmas_tools.run.csv_columns import CSV_FILES
+from setcmas_tools.run.run_tables import CSV_FILES
 
 
 def text() -> str:

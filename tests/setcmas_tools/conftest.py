@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from setcmas_tools.run.run_tables import write_fleet
+from setcmas_tools.run.run_tables import RunTables, write_tables
 
 START_NS = 1_700_000_000_123_456_789
 
@@ -133,7 +133,7 @@ def run(tmp_path):
 
     def run(nb_robots):
         (tmp_path / 'csv').mkdir(exist_ok=True)
-        write_fleet(circling_fleet(nb_robots), tmp_path / 'csv' / 'fleet.csv')
+        write_tables(RunTables(circling_fleet(nb_robots)), tmp_path / 'csv')
         return tmp_path
 
     return run

@@ -24,9 +24,8 @@ from setcmas_tools.grade.criteria import (
     read_criteria,
 )
 from setcmas_tools.offline.offline_simulation import silent, simulate
-from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_tables import read_tables
+from setcmas_tools.run.run_tables import FLEET, read_tables
 from setcmas_tools.run.scenario import Scenario, options
 from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder
 

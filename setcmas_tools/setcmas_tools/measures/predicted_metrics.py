@@ -24,6 +24,7 @@ from setcmas_tools.measures.metric import Measured, words_and_unit
 from setcmas_tools.measures.robot_metrics import largest_speed
 from setcmas_tools.run.fleet_motion import held_poses
 from setcmas_tools.run.run import Run, models_of
+from setcmas_tools.run.run_records import FilteredCommands
 
 _AT_LIMIT = 0.999
 _DIGITS = 6  # of what a sum that should be 0 has
@@ -200,7 +201,7 @@ def departures(run: Run) -> dict[Departure, str]:
         drive = np.isin(commands.robot, np.unique(commands.robot[speeds > 0.0]))
         if (stopped := drive & (speeds == 0.0) & (t > t[0])).any():  # a memory may begin at 0
             found[Departure.REST] = f'from {t[stopped].min():.1f} s'
-        found[Departure.FILTER] = commands.allowed is not None
+        found[Departure.FILTER] = isinstance(commands, FilteredCommands)
     if record:
         lost = sum(one.lost for one in record.links.values())
         found[Departure.LOSS] = f'{lost:,}' if lost else False

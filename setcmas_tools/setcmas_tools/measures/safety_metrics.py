@@ -15,7 +15,7 @@ from setcmas_simu.robots.models_by_name import UNICYCLE, shape_of
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
-from setcmas_tools.run.run_records import MOVING, Commands, SafetyRecord
+from setcmas_tools.run.run_records import MOVING, FilteredCommands, SafetyRecord
 
 _MOST_TOUCHES = 3
 """Collisions that are listed; further ones are counted."""
@@ -200,10 +200,10 @@ def held(record: SafetyRecord, robot: int, end: float) -> tuple[int, float, floa
     Times of the record from 0 to `end` (s) count.
     """
     mine = (record.robot == robot) & (record.t >= 0) & (record.t <= end)
-    t, moving = record.t[mine], np.array([state == MOVING for state in record.state])[mine]
+    t, moving = record.t[mine], record.state[mine] == MOVING
     lasts = np.diff(t, append=t[-1:])
     stops = int(np.count_nonzero(moving[:-1] & ~moving[1:]))
-    return stops, float(lasts[~moving].sum()), float(lasts[record.overruled[mine]].sum())
+    return stops, float(lasts[~moving].sum()), float(lasts[record.overruled[mine] == 1].sum())
 
 
 def _time_outside(grid: FleetGrid, arena: Arena) -> float:
@@ -228,11 +228,11 @@ def _time(t: Floats, counts: Floats) -> float:
 def fleet_filtering(run: Run) -> Measured | None:
     """Return the effects of a run's safety filter; None without one."""
     commands = run.commands
-    if commands is None or commands.allowed is None:
+    if not isinstance(commands, FilteredCommands):
         return None
     robots = np.unique(commands.robot).tolist()
     overruled = {robot: _overruled_s(commands.of(robot)) for robot in robots}
-    unsolved = commands.t[commands.allowed.verdict == Verdict.NO_SOLUTION]
+    unsolved = commands.t[commands.verdict == Verdict.NO_SOLUTION]
     count = len(np.unique(unsolved))
     steps = f'{count} step{"s" if count != 1 else ""}'
     return Measured(
@@ -242,9 +242,8 @@ def fleet_filtering(run: Run) -> Measured | None:
     )
 
 
-def _overruled_s(commands: Commands) -> float:
+def _overruled_s(commands: FilteredCommands) -> float:
     """Return how long, in s, the filter changed the velocities of a robot."""
-    assert commands.allowed
-    held = (commands.t >= 0.0) & (commands.allowed.verdict >= Verdict.CHANGED)
+    held = (commands.t >= 0.0) & (commands.verdict >= Verdict.CHANGED)
     period = float(np.median(np.diff(commands.t))) if len(commands.t) > 1 else 0.0
     return round(float(held.sum()) * period, 3)

@@ -40,7 +40,7 @@ from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import inputs_of, kept_record
 from setcmas_tools.run.run_info import Outcome, RunInfo
-from setcmas_tools.run.run_records import Commands, DrawingRecord, Filtered
+from setcmas_tools.run.run_records import Commands, DrawingRecord, commands
 from setcmas_tools.run.scenario import Scenario, name_of
 
 _SAME_TIME_S = 1e-9
@@ -304,8 +304,7 @@ def _commands(t: Floats, velocities: Floats) -> Commands:
     the allowed ones and its verdicts.
     """
     times, robots = _rows(t, velocities.shape[2])
-    vx, vy, *allowed = velocities.transpose(1, 0, 2).reshape(velocities.shape[1], -1)
-    return Commands(times, robots, vx, vy, Filtered(*allowed) if allowed else None)
+    return commands(times, robots, *velocities.transpose(1, 0, 2).reshape(velocities.shape[1], -1))
 
 
 def _rows(t: Floats, nb_robots: int) -> tuple[Floats, NDArray[np.int64]]:

@@ -20,7 +20,7 @@ from setcmas_tools.page.document import changes, colour_code, look_entry, page_c
 from setcmas_tools.plots.reference_lines import draw_references, draws_references
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S, Track
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
-from setcmas_tools.run.run_records import MARKER, MOVING, Drawing, DrawnOverTime
+from setcmas_tools.run.run_records import MARKER, MOVING, Drawing, DrawnOverTime, FilteredCommands
 
 if TYPE_CHECKING:
     from matplotlib.lines import Line2D
@@ -93,7 +93,7 @@ def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
             own = run.commands.of(robot)
             rows = np.flatnonzero(own.t >= begin)[::each]
             t, wanted = own.t[rows], np.column_stack([own.vx, own.vy])[rows]
-            filtered = own.allowed
+            filtered = own if isinstance(own, FilteredCommands) else None
         else:
             t = np.array([one.t for one in run.info.failures or [] if one.robot == robot])
             t = t[t >= begin]
@@ -114,8 +114,8 @@ def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
             'words': changes(outcomes),
         }
         if filtered:
-            entry['allowedX'] = rounded(filtered.vx[rows])
-            entry['allowedY'] = rounded(filtered.vy[rows])
+            entry['allowedX'] = rounded(filtered.allowed_vx[rows])
+            entry['allowedY'] = rounded(filtered.allowed_vy[rows])
         entries[robot] = entry
     return entries
 

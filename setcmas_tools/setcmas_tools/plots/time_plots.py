@@ -24,7 +24,7 @@ from setcmas_tools.plots.reference_lines import draw_wanted_distances
 from setcmas_tools.plots.style import drawn_robots, legend, line_handles, line_look, time_axis
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_records import Commands
+from setcmas_tools.run.run_records import FilteredCommands
 
 
 def draw_positions(figure: Figure, run: Run) -> None:
@@ -100,12 +100,12 @@ _LOOKS = {'changed': '0.75', 'no solution': '#d62728'}
 _BAR = 0.7
 
 
-@applies_to(lambda run: run.commands is not None and run.commands.allowed is not None)
+@applies_to(lambda run: isinstance(run.commands, FilteredCommands))
 def draw_filter(figure: Figure, run: Run) -> None:
     """Draw wanted and allowed speeds, and when the filter changed them."""
     figure.set_size_inches(9.0, 6.4)
     commands = run.commands
-    assert commands
+    assert isinstance(commands, FilteredCommands)
     speeds, verdicts = figure.subplots(2, sharex=True)
     for robot in drawn_robots(run.robots):
         own = commands.of(robot)
@@ -128,21 +128,17 @@ def draw_filter(figure: Figure, run: Run) -> None:
     figure.align_ylabels()
 
 
-def _draw_speeds(axes: Axes, commands: Commands, robot: int, nb_robots: int) -> None:
-    allowed = commands.allowed
-    assert allowed
+def _draw_speeds(axes: Axes, commands: FilteredCommands, robot: int, nb_robots: int) -> None:
     look = line_look(robot, nb_robots)
     wanted = np.hypot(commands.vx, commands.vy)
     axes.plot(commands.t, wanted, **{**look, 'linestyle': ':', 'path_effects': None})
-    axes.plot(commands.t, np.hypot(allowed.vx, allowed.vy), **look)
+    axes.plot(commands.t, np.hypot(commands.allowed_vx, commands.allowed_vy), **look)
 
 
-def _draw_verdicts(axes: Axes, commands: Commands, robot: int) -> None:
+def _draw_verdicts(axes: Axes, commands: FilteredCommands, robot: int) -> None:
     """Draw a bar over the times of each verdict, the worse one on top."""
-    allowed = commands.allowed
-    assert allowed
     ends = np.append(commands.t[1:], commands.t[-1:])
-    for held, colour in zip((allowed.changed, allowed.unsolved), _LOOKS.values(), strict=True):
+    for held, colour in zip((commands.changed, commands.unsolved), _LOOKS.values(), strict=True):
         bars = list(zip(commands.t[held], (ends - commands.t)[held], strict=True))
         axes.broken_barh(bars, (robot - 0.5 * _BAR, _BAR), color=colour, linewidth=0)
 

@@ -23,9 +23,9 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.fleet.topics import TRIG_ODOM
 from setcmas_tools.bags.bag_reader import Bag, open_bag
-from setcmas_tools.run.csv_columns import FLEET
+from setcmas_tools.run.run_folder import stem_of_bag
 from setcmas_tools.run.run_samples import RunSamples
-from setcmas_tools.run.run_tables import FILE_NAMES, stem_of_bag, write_tables
+from setcmas_tools.run.run_tables import FILE_NAMES, FLEET, write_tables
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,45 +13,63 @@ from numpy.typing import ArrayLike, NDArray
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 
+Table = TypeVar('Table', bound='RobotTable')
 
-@dataclass(frozen=True)
-class FleetTable:
-    """A row for each odometry message of each robot, sorted by time and then by robot.
+
+@dataclass(frozen=True, repr=False, eq=False)
+class RobotTable:
+    """Rows of robots, sorted by time and then by robot; each column has the shape (rows,).
 
     Attributes:
-        t: Times in s from the first command of the run, shape (rows,).
-        robot: Numbers of the robots, from 1, shape (rows,).
-        x: Positions in m, shape (rows,).
-        y: Positions in m, shape (rows,).
-        theta: Headings in rad, shape (rows,).
-        v: Forward speeds in m/s, shape (rows,).
-        omega: Turn rates in rad/s, shape (rows,).
+        t: Times in s from the first command of the run.
+        robot: Numbers of the robots, from 1.
     """
 
     t: Floats
     robot: NDArray[np.int64]
-    x: Floats
-    y: Floats
-    theta: Floats
-    v: Floats
-    omega: Floats
+
+    @classmethod
+    def in_order(cls: type[Table], t: ArrayLike, robot: ArrayLike, *columns: ArrayLike) -> Table:
+        """Return the table of columns whose rows are in any order."""
+        numbers = np.asarray(robot, dtype=np.int64)
+        order = np.lexsort((numbers, np.asarray(t)))
+        return cls(*(np.asarray(column)[order] for column in (t, numbers, *columns)))
 
     @property
     def robots(self) -> list[int]:
         """The numbers of the robots, sorted."""
         return [int(robot) for robot in np.unique(self.robot)]
 
-    def of(self, robot: int) -> FleetTable:
+    def of(self: Table, robot: int) -> Table:
         """Return the rows of one robot."""
         return self.rows(self.robot == robot)
 
-    def rows(self, selection: NDArray[np.bool_] | NDArray[np.intp]) -> FleetTable:
+    def rows(self: Table, selection: NDArray[np.bool_] | NDArray[np.intp]) -> Table:
         """Return the rows that a mask, or indices, select."""
-        return FleetTable(*(getattr(self, f.name)[selection] for f in fields(self)))
+        return type(self)(*(column[selection] for column in vars(self).values()))
 
     def __repr__(self) -> str:
         """Return one line: arrays would fill the screen."""
-        return f'FleetTable({rows_in_words(self.t, self.robots)})'
+        return f'{type(self).__name__}({rows_in_words(self.t, self.robots)})'
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class FleetTable(RobotTable):
+    """Motion of the robots: a row for each odometry message.
+
+    Attributes:
+        x: Positions in m.
+        y: Positions in m.
+        theta: Headings in rad.
+        v: Forward speeds in m/s.
+        omega: Turn rates in rad/s.
+    """
+
+    x: Floats
+    y: Floats
+    theta: Floats
+    v: Floats
+    omega: Floats
 
 
 def rows_in_words(t: Floats, robots: Sequence[int]) -> str:
@@ -82,10 +101,9 @@ def stacked(t: Floats, robot: NDArray[np.int64], *columns: Floats) -> list[Float
 
 def fleet_table(rows: ArrayLike) -> FleetTable:
     """Return the table of rows t, robot, x, y, theta, v, omega in any order, shape (rows, 7)."""
-    values = np.asarray(rows, dtype=float).reshape(-1, len(fields(FleetTable)))
-    t, robot, *rest = values[np.lexsort((values[:, 1], values[:, 0]))].T
+    t, robot, *rest = np.asarray(rows, dtype=float).reshape(-1, 7).T
     known = (np.where(np.abs(column) <= LARGEST, column, np.nan) for column in rest)
-    return FleetTable(t, robot.astype(np.int64), *known)
+    return FleetTable.in_order(t, robot, *known)
 
 
 LARGEST = 1e12

@@ -18,7 +18,6 @@ from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models_by_name import UNICYCLE, model_names, symbol
-from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked
 from setcmas_tools.run.run_folder import RunFolder, RunInput, find_run, kept_inputs
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, read_info
@@ -231,7 +230,7 @@ class Run(RunTables):
         """Return the motion as a pandas DataFrame with the columns of fleet.csv."""
         with needs('notebook'):
             import pandas as pd
-        return pd.DataFrame({one.name: getattr(self.table, one.name) for one in FLEET.columns})
+        return pd.DataFrame(vars(self.table))
 
     @property
     def title(self) -> str:

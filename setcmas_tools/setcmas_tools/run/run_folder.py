@@ -14,9 +14,8 @@ from setcmas_simu.errors import SetcmasError, file_errors
 from setcmas_simu.limited_file import read_limited
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import Number, PathTo
-from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_info import INFO_FILE, RunInfo, write_info
-from setcmas_tools.run.run_tables import BAG_ENDINGS, RunTables, stem_of_bag, write_tables
+from setcmas_tools.run.run_tables import FLEET, RunTables, write_tables
 from setcmas_tools.run.scenario import Scenario
 from setcmas_tools.run.scenario_files import INPUTS, OF_FILES, robots_by_text
 
@@ -41,6 +40,15 @@ class OfflineOptions(Options):
         'end the run if one call of the script takes longer than this',
         default=10.0,
     )
+
+
+BAG_ENDINGS = ('.mcap', '.db3', '.bag')
+
+
+def stem_of_bag(bag: Path) -> str:
+    """Return the prefix of the names of a bag's files; none for a folder named `bag`."""
+    bag = bag.resolve()
+    return '' if bag.name == 'bag' else f'{bag.stem if bag.is_file() else bag.name}_'
 
 
 @dataclass(frozen=True)

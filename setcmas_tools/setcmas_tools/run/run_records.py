@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,24 +18,37 @@ from setcmas_ctrl.communication.message_content import Value, plain
 from setcmas_ctrl.filter.filter_options import Verdict
 from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_simu.arrays import Floats
-from setcmas_tools.run.fleet_motion import LARGEST, rows_in_words
+from setcmas_tools.run.fleet_motion import LARGEST, RobotTable
 
 MARKER, TRAIL = 'marker', 'trail'
 _EARLY_S = 0.001
 
 
-@dataclass(frozen=True)
-class Filtered:
-    """Velocities that the safety filter allowed, a row for each command.
+@dataclass(frozen=True, repr=False, eq=False)
+class Commands(RobotTable):
+    """Velocities that the laws returned: a row for each call.
 
     Attributes:
-        vx: Allowed velocities along x in m/s.
+        vx: Velocities along x in m/s after saturation.
         vy: The same along y.
-        verdict: Values of `Verdict` of the filter.
     """
 
     vx: Floats
     vy: Floats
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class FilteredCommands(Commands):
+    """The same, and the velocities that the safety filter allowed.
+
+    Attributes:
+        allowed_vx: Allowed velocities along x in m/s.
+        allowed_vy: The same along y.
+        verdict: Values of `Verdict` of the filter.
+    """
+
+    allowed_vx: Floats
+    allowed_vy: Floats
     verdict: Floats
 
     @property
@@ -49,42 +62,9 @@ class Filtered:
         return np.equal(self.verdict, Verdict.NO_SOLUTION)
 
 
-@dataclass(frozen=True)
-class Commands:
-    """A row for each command of each robot, sorted by time and then by robot.
-
-    Attributes:
-        t: Times in s from the first command of the run, shape (rows,).
-        robot: Numbers of the robots, from 1, shape (rows,).
-        vx: Velocities along x in m/s after saturation, shape (rows,).
-        vy: The same along y, shape (rows,).
-        allowed: Velocities that the safety filter allowed; None without a filter.
-    """
-
-    t: Floats
-    robot: NDArray[np.int64]
-    vx: Floats
-    vy: Floats
-    allowed: Filtered | None = None
-
-    def __repr__(self) -> str:
-        """Return one line."""
-        return f'Commands({rows_in_words(self.t, np.unique(self.robot).tolist())})'
-
-    def of(self, robot: int) -> Commands:
-        """Return the rows of one robot."""
-        mine = self.robot == robot
-        own = (self.t[mine], self.robot[mine], self.vx[mine], self.vy[mine])
-        every = self.allowed
-        allowed = every and Filtered(every.vx[mine], every.vy[mine], every.verdict[mine])
-        return Commands(*own, allowed)
-
-
-def commands(rows: ArrayLike) -> Commands:
-    """Return the commands of rows in any order, shape (rows, 4), or (rows, 7) with a filter."""
-    values = np.asarray(rows, dtype=float)
-    t, robot, vx, vy, *allowed = values[np.lexsort((values[:, 1], values[:, 0]))].T
-    return Commands(t, robot.astype(np.int64), vx, vy, Filtered(*allowed) if allowed else None)
+def commands(*columns: ArrayLike) -> Commands:
+    """Return the commands of columns t, robot, vx, vy in any order, and of a filter's if any."""
+    return (FilteredCommands if len(columns) > 4 else Commands).in_order(*columns)
 
 
 def with_allowed(wanted: Floats, allowed: Floats) -> Floats:
@@ -116,35 +96,18 @@ def with_allowed(wanted: Floats, allowed: Floats) -> Floats:
 MOVING = 'moving'
 """The state of a robot that is free to move; others are paused and stopped."""
 
-SafetyRow = tuple[float, int, str, bool]
 
-
-@dataclass(frozen=True)
-class SafetyRecord:
-    """A row for each status of each robot, sorted by time and then by robot.
+@dataclass(frozen=True, repr=False, eq=False)
+class SafetyRecord(RobotTable):
+    """States of the robots in an experiment: a row for each status.
 
     Attributes:
-        t: Times in s from the start, shape (rows,).
-        robot: Numbers of the robots, from 1, shape (rows,).
         state: Their states, such as MOVING.
-        overruled: Whether safety limited or paused the robot, shape (rows,).
+        overruled: 1 if safety limited or paused the robot, else 0.
     """
 
-    t: Floats
-    robot: NDArray[np.int64]
-    state: Sequence[str]
-    overruled: NDArray[np.bool_]
-
-
-def safety_record(rows: Sequence[SafetyRow]) -> SafetyRecord:
-    """Return the record of rows in any order."""
-    ordered = sorted(rows)
-    return SafetyRecord(
-        np.array([t for t, *_ in ordered]),
-        np.array([robot for _, robot, *_ in ordered], dtype=np.int64),
-        [state for *_, state, _ in ordered],
-        np.array([overruled for *_, overruled in ordered], dtype=bool),
-    )
+    state: NDArray[Any]
+    overruled: NDArray[Any]
 
 
 class Drawing(NamedTuple):
@@ -226,8 +189,7 @@ def _is_usable(sphere: Sphere) -> bool:
     return all(abs(number) <= LARGEST for number in (*sphere[:4], *sphere.colour, sphere.alpha))
 
 
-@dataclass(frozen=True)
-class Counts:
+class Counts(NamedTuple):
     """Messages of a link, or broadcasts of a robot.
 
     Attributes:

@@ -25,11 +25,10 @@ from setcmas_tools.run.run_records import (
     CommunicationRecord,
     Counts,
     DrawingRecord,
-    SafetyRow,
+    SafetyRecord,
     SentMessage,
     commands,
     record_of,
-    safety_record,
     with_allowed,
 )
 from setcmas_tools.run.run_tables import RunTables
@@ -159,7 +158,7 @@ class RunSamples:
         self._drawings = DrawingRecord()
         self._references: References | None = None
         self.notices: list[str] = []
-        self._safety: list[SafetyRow] = []
+        self._safety: list[tuple[float, int, str, bool]] = []
 
     def collectors(self, bag_topic: BagTopic) -> list[Taker]:
         """Return the functions that take the messages of a topic."""
@@ -209,11 +208,11 @@ class RunSamples:
         )
         return RunTables(
             fleet,
-            commands(rows) if len(rows) else None,
+            commands(*rows.T) if len(rows) else None,
             self._communication.record(fleet),
             self._drawings.drawings(),
             self._references,
-            safety_record(self._safety) if self._safety else None,
+            SafetyRecord.in_order(*zip(*self._safety, strict=True)) if self._safety else None,
             self._communication.messages(),
         )
 

@@ -9,7 +9,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 from setcmas_tools.measures.comparison import best_shift, differences, distances_between
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState
-from setcmas_tools.run.run_records import safety_record
+from setcmas_tools.run.run_records import SafetyRecord
 
 
 def wave(delay, offset=0.0):
@@ -83,7 +83,7 @@ def test_a_run_without_a_description_is_reported_in_a_line(run):
 def test_an_experiment_and_a_simulation_differ_in_options_that_both_have(run):
     own = {'vnom': 0.2, 'algo': run.parameters['algo'], 'limits.V_max': 0.21}
     info = replace(run.info, scenario=own)
-    safety = safety_record([(0.0, 1, 'moving', False)])
+    safety = SafetyRecord.in_order([0.0], [1], ['moving'], [False])
     lab = replace(run, info=info, safety=safety)
 
     assert differences(lab, run) == [

@@ -13,7 +13,7 @@ from setcmas_tools.measures.safety_metrics import (
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo
-from setcmas_tools.run.run_records import Commands, Filtered, safety_record
+from setcmas_tools.run.run_records import Commands, FilteredCommands, SafetyRecord
 
 FLEET = fleet_table([[0.0, 1, 0, 0, 0, 0, 0]])
 
@@ -23,8 +23,7 @@ def run_with(verdicts):
     count = len(verdicts)
     t, robot = np.repeat(0.2 * np.arange(count), 2), np.tile([1, 2], count)
     zeros = np.zeros(2 * count)
-    allowed = Filtered(zeros, zeros, np.array(verdicts, dtype=float).ravel())
-    return Run(FLEET, Commands(t, robot, zeros, zeros, allowed))
+    return Run(FLEET, FilteredCommands(t, robot, *[zeros] * 4, np.array(verdicts).ravel()))
 
 
 def test_times_are_those_of_each_robot():
@@ -53,7 +52,9 @@ def test_stops_and_times_are_those_between_the_start_and_the_end():
     states = ['paused', 'moving', 'stopped', 'moving', 'moving', 'paused']
     rows = [(k - 1.0, 1, state, k in (0, 2, 3)) for k, state in enumerate(states)]
     rows += [(k - 1.0, 2, 'moving', False) for k in range(6)]
-    measured = fleet_safety(run_with_of_safety(safety_record(rows), **LAB))
+    measured = fleet_safety(
+        run_with_of_safety(SafetyRecord.in_order(*zip(*rows, strict=True)), **LAB)
+    )
     # The pause before the start does not count; robot 1 is outside until 1 s and from 3 s on.
     assert (measured.stops, measured.stopped_s, measured.overruled_s) == (2, 1.0, 2.0)
     assert measured.outside_arena_s == pytest.approx(3.0, abs=0.15)
@@ -64,7 +65,7 @@ def test_stops_and_times_are_those_between_the_start_and_the_end():
 
 
 def test_a_simulation_has_no_safety_and_an_unknown_lab_no_arena():
-    record = safety_record([(0.0, 1, 'moving', False)])
+    record = SafetyRecord.in_order([0.0], [1], ['moving'], [False])
     assert fleet_safety(run_with_of_safety(None, **LAB)) is None
     assert [*fleet_safety(run_with_of_safety(record)).values.values()] == [0, 0.0, 0.0, None, None]
 

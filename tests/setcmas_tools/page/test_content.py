@@ -17,7 +17,7 @@ from setcmas_tools.page.content import (
 )
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_records import safety_record
+from setcmas_tools.run.run_records import SafetyRecord
 
 
 def numbers(values):
@@ -85,7 +85,7 @@ def test_the_page_names_the_filter():
     own = calls_entry(run)[1]
 
     assert any(kind == 'overruled' for _, (kind, _) in own['words'])
-    assert np.allclose(numbers(own['allowedX']), run.commands.of(1).allowed.vx, atol=6e-5)
+    assert np.allclose(numbers(own['allowedX']), run.commands.of(1).allowed_vx, atol=6e-5)
 
 
 def failing(robot, nb_robots, poses, t):
@@ -106,7 +106,7 @@ def test_a_failure_lasts_until_another_one_or_until_the_law_works(tmp_path):
 
 def test_states_of_an_experiment():
     rows = [[t, 1, 0, 0, 0, 0, 0] for t in np.arange(-1, 3, 0.1)]
-    record = safety_record([(0.0, 1, 'paused', True), (1.0, 1, 'moving', False)])
+    record = SafetyRecord.in_order([0.0, 1.0], [1, 1], ['paused', 'moving'], [True, False])
     run = Run(fleet_table(rows), safety=record)
 
     found = states_at(run, 1, np.array([-0.5, 0.5, 1.0, 2.5]))

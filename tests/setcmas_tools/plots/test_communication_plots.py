@@ -18,7 +18,7 @@ from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_disagreement
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_tables import write_communication, write_fleet
+from setcmas_tools.run.run_tables import write_tables
 
 PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
 
@@ -48,9 +48,7 @@ def drawn(draw, run):
 )
 def test_runs_with_a_record_get_further_plots(tmp_path, options, names):
     run = run_of(3, 2.0, **options)
-    write_fleet(run.table, tmp_path / 'fleet.csv')
-    if run.record:
-        write_communication(run.record, tmp_path)
+    write_tables(run, tmp_path)
 
     assert list(plots_of(Run.load(tmp_path))) == [*PLAIN[:-1], *names, PLAIN[-1]]
 

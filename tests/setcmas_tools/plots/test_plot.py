@@ -12,7 +12,7 @@ from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_heading, draw_positions
 from setcmas_tools.plots.trajectories import draw_trajectories
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.run_tables import write_fleet
+from setcmas_tools.run.run_tables import RunTables, write_tables
 
 NAMES = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
 
@@ -85,7 +85,7 @@ def test_lines_break_where_data_are_missing(run):
     table.x[lost] = np.nan
     table = table.rows(~((table.robot == 3) & (table.t > 4) & (table.t < 7)))
     folder = run(8)
-    write_fleet(table, folder / 'csv' / 'fleet.csv')
+    write_tables(RunTables(table), folder / 'csv')
 
     assert len(plot(folder)) == 6
     with plot_style():
@@ -98,7 +98,7 @@ def test_lines_break_where_data_are_missing(run):
 def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
     nan = float('nan')
     rows = [[0, 1, 0, 0, 0, 0, 0], [1, 2, nan, nan, nan, 0, 0]]
-    write_fleet(fleet_table(rows), tmp_path / 'fleet.csv')
+    write_tables(RunTables(fleet_table(rows)), tmp_path)
 
     assert len(plot(tmp_path / 'fleet.csv')) == 6
 

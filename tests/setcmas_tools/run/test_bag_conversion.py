@@ -11,7 +11,7 @@ from rosbags.typesys import get_types_from_msg
 from setcmas_tools.run import bag_conversion
 from setcmas_tools.run.bag_conversion import LONGEST_ARRAY, TopicTable, convert, file_names
 from setcmas_tools.run.run_samples import read_bag
-from setcmas_tools.run.run_tables import read_fleet, stem_of_bag
+from setcmas_tools.run.run_tables import read_fleet
 
 
 def rows_of(path):
@@ -154,15 +154,6 @@ def test_an_interrupted_conversion_leaves_the_earlier_files(
         convert(bag)
 
     assert [path.read_bytes() for path in (tmp_path / 'csv').iterdir()] == [before]
-
-
-def test_bags_whose_names_differ_by_the_ending_have_folders_of_their_own(tmp_path):
-    lab = tmp_path / 'lab.mcap'
-    lab.touch()
-    assert stem_of_bag(lab) == 'lab_'
-
-    (tmp_path / 'lab.bag').touch()
-    assert stem_of_bag(lab) == 'lab.mcap_'
 
 
 @pytest.fixture

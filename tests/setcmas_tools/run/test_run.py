@@ -54,11 +54,9 @@ def test_saved_again_it_has_the_same_bytes(run, tmp_path):
     assert replace(loaded.info, origin=None) == run.info
     assert loaded.references == run.references
     np.testing.assert_allclose(loaded.table.x, run.table.x, rtol=0, atol=5.1e-10)
-    for own, read in (
-        (run.commands, loaded.commands),
-        (run.commands.allowed, loaded.commands.allowed),
-    ):
-        np.testing.assert_allclose(read.vx, own.vx, rtol=0, atol=5.1e-10)
+    for name in ('vx', 'allowed_vx'):
+        own, read = getattr(run.commands, name), getattr(loaded.commands, name)
+        np.testing.assert_allclose(read, own, rtol=0, atol=5.1e-10)
     for own, read in zip(run.messages, loaded.messages, strict=True):
         assert read[:2] == own[:2]
         np.testing.assert_equal(read.value, own.value)

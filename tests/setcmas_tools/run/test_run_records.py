@@ -138,7 +138,8 @@ def test_diagnostics_become_a_table_from_the_start_on(tmp_path, make, write_bag)
 
     np.testing.assert_allclose(record.t, [0.25, 0.25])
     assert record.robot.tolist() == [1, 2]
-    assert (record.state, record.overruled.tolist()) == (['moving', 'stopped'], [False, True])
+    assert record.state.tolist() == ['moving', 'stopped']
+    assert record.overruled.tolist() == [False, True]
 
 
 def state(make, value):

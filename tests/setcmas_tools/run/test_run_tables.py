@@ -1,13 +1,11 @@
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.csv_columns import (
+from setcmas_tools.run.fleet_motion import fleet_table
+from setcmas_tools.run.run_tables import (
     COMMANDS,
     DRAWINGS,
     FLEET,
-)
-from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.run_tables import (
     RunTables,
     read_fleet,
     read_tables,
@@ -28,10 +26,10 @@ def test_files_that_a_spreadsheet_has_saved(tmp_path, lead, ending):
     ('file', 'content', 'shown'),
     [
         (FLEET, '', "its first line is ''"),
-        (FLEET, '{header}\n0,1,1,1,1,1,1\n0,1,1,1\n', 'at row 2'),
-        (FLEET, '{header}\n0,1,one,1,1,1,1\n', "could not convert string 'one'"),
-        (FLEET, '{header}\n0,0,1,1,1,1,1\n', 'robot must be from 1 to 2000'),
-        (FLEET, '{header}\nnan,1,1,1,1,1,1\n', 't must be from -1e+06 to 1e+06'),
+        (FLEET, '{header}\n0,1,1,1,1,1,1\n\n0,1,1,1\n', 'line 4: '),
+        (FLEET, '{header}\n0,1,one,1,1,1,1\n', "line 2: could not convert string 'one'"),
+        (FLEET, '{header}\n0,0,1,1,1,1,1\n', 'robot is 0; it must be from 1 to 2000'),
+        (FLEET, '{header}\nnan,1,1,1,1,1,1\n', 't is nan; it must be from -1e+06 to 1e+06'),
         (COMMANDS, '{header},allowed_vx\n0,1,1,1,1\n', 'allowed_vx'),
         (DRAWINGS, '{header}\n0,1,ref,marker,0,0,0,red,1,1,1,1\n', 'red'),
     ],
