@@ -190,6 +190,15 @@ def test_a_second_simulator_of_the_same_robots_refuses_to_start(start, peer):
     peer.wait_for_new(odometry, 5)
 
 
+def test_a_second_publisher_of_odometry_that_was_not_seen_at_the_start_is_told_of(start, peer):
+    simulator = start(*SIMU, '--nb-robots', '2')
+    simulator.wait_for_output('simulating robots 1-2')
+
+    peer.node.create_publisher(Odometry, '/tb3_2/odom', 1)
+
+    simulator.wait_for_output('the odometry of robot 2 has two publishers')
+
+
 def test_after_a_crash_a_simulator_can_be_started_again(start):
     first = start(*SIMU, '--nb-robots', '2')
     first.wait_for_output('simulating')

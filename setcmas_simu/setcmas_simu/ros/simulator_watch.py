@@ -52,11 +52,13 @@ def refuse_second_simulator(
 
 
 class SimulatorWatch:
-    """Warns of steps that were missed, and of commands of a type that the robots do not take."""
+    """Warns of missed steps, of other simulators, and of commands that the robots do not take."""
 
     def __init__(self, node: FleetNode, robots: Sequence[int], kind: str) -> None:
         """Watch robots of this process, which take a type of commands, by its name in options."""
         self._node = node
+        self._robots = robots
+        self._contested: set[int] = set()
         self._topics = [topics.robot_topic(robot, topics.CMD_VEL) for robot in robots]
         self._kind = kind
         self._suspects: set[str] = set()
@@ -74,6 +76,7 @@ class SimulatorWatch:
             self._next_look = real + _LOOK_EVERY_S
             self._warn_of_missed(real)
             self._warn_of_unread()
+            self._warn_of_others()
 
     def _warn_of_missed(self, real: float) -> None:
         if self._missed and real >= self._next_warning:
@@ -101,6 +104,26 @@ class SimulatorWatch:
         if new := sorted(stay - self._reported, key=self._topics.index):
             self._reported |= set(new)
             self._node.get_logger().warning(self._described(new, found[new[0]]))
+
+    def _warn_of_others(self) -> None:
+        """Warn of another simulator that was there at the last look, too, and so is to stay.
+
+        Two that start at the same moment do not see each other in `refuse_second_simulator`.
+        """
+        found = {
+            robot
+            for robot in self._robots
+            if self._node.count_publishers(topics.odometry_topic(robot)) > 1
+        }
+        if staying := sorted(found & self._contested):
+            self._robots = [robot for robot in self._robots if robot not in staying]
+            topic = topics.odometry_topic(staying[0])
+            names = [one.name for one in cmd_vel_topics.publishers(self._node, topic)]
+            self._node.get_logger().warning(
+                f'the odometry of {robots_in_words(staying)} has two publishers '
+                f'({" and ".join(names)}): two simulators move each; stop one of them'
+            )
+        self._contested = found
 
     def _described(self, unread: Sequence[str], sender: cmd_vel_topics.Endpoint) -> str:
         topic = self._node.full_name(unread[0])
