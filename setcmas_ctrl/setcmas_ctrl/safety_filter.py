@@ -83,19 +83,13 @@ class SafetyFilter:
         """Set the models of the N robots.
 
         Raises:
-            SetcmasError: The filter cannot handle some robots' motion, or their control points are
-                so far ahead that they could pass each other.
+            SetcmasError: The filter cannot handle some robots' motion.
         """
         check_motions(models)
         self.conversion.use(models)
         options = self._options
         separation = options.min_separation or SEPARATION_M
-        self._points = ControlPoints(models, options.lookahead)
-        if self._points.ahead.max() >= 0.5 * separation:
-            raise SetcmasError(
-                f'lookahead is {options.lookahead:g}; it must be less than half of '
-                f'min_separation, which is {separation:g} m'
-            )
+        self._points = ControlPoints(models)
         self._barriers = BarrierConstraints(separation, options.gamma, self._points.ahead)
 
     def __call__(self, wanted: Floats, poses: Floats, fastest: float) -> Allowed:

@@ -58,9 +58,7 @@ class SafetyFilterNode(FleetNode):
         self.robots, self.poses = robots, poses
         self.time = robots[0].time
         accel = options.accel or math.inf
-        self.conversion = VelocityConversion(
-            nb_robots, gains.komega, 1.0 / gains.rate, accel, options.lookahead
-        )
+        self.conversion = VelocityConversion(nb_robots, gains.komega, 1.0 / gains.rate, accel)
         self.filter = SafetyFilter(options, nb_robots, self.conversion, self.get_logger().warning)
         self.models: list[Any] = []
         self.wanted: list[Callable[[], Any]] = []

@@ -95,8 +95,7 @@ class SiToUni(RobotNode):
         self.cmd_vel = CmdVelPublisher(self, self.robot, target, own_odom, options.cmd_vel_type)
         # In an experiment the pause node takes the requests: false must not start a robot.
         self.pause_request = None if in_experiment else self.newest(Bool, topics.PAUSE, qos.EVENT)
-        accel = safety.accel or math.inf
-        self._limits_of_conversion = accel, safety.lookahead
+        self._accel = safety.accel or math.inf
         self.period = 1.0 / gains.rate
         self.is_filtered, self.in_experiment = safety.is_on, in_experiment
         self.limits = limits
@@ -116,9 +115,7 @@ class SiToUni(RobotNode):
     def convert_by(self, *script: Conversion) -> None:
         """Drive the robot by a user's own conversion, or without one by the built-in one."""
         komega = self.parameters.options.komega
-        self.conversion = VelocityConversion(
-            1, komega, self.period, *self._limits_of_conversion, script
-        )
+        self.conversion = VelocityConversion(1, komega, self.period, self._accel, script)
         self.use(self.model)
 
     def expect(self, period: float) -> None:

@@ -55,7 +55,6 @@ class VelocityConversion:
         komega: float,
         Ts: float = 0.2,
         accel: float = math.inf,
-        lookahead: float = LOOKAHEAD_M,
         scripts: Sequence[Conversion] = (),
     ) -> None:
         """Prepare to convert velocities of R robots; `use` sets their models.
@@ -65,12 +64,10 @@ class VelocityConversion:
             komega: Gain on heading errors in 1/s.
             Ts: Time between two commands in s.
             accel: Largest acceleration in m/s^2; inf is no limit.
-            lookahead: Distance in m from a unicycle's axle to the point whose velocity the safety
-                filter changes.
             scripts: Instead of `si_to_uni`, the conversion of each robot; none by default.
         """
         self.komega, self.Ts = komega, Ts
-        self._accel, self._lookahead, self.scripts = accel, lookahead, scripts
+        self._accel, self.scripts = accel, scripts
         self.last: Floats = np.zeros((3, nb_robots))
         self._groups: list[tuple[Conversion, bool, Any]] = []
 
@@ -143,7 +140,7 @@ class VelocityConversion:
 
     def _changed(self, velocities: Floats, poses: Floats) -> Floats:
         """Return the commands that give control points their velocities; zero without a pose."""
-        commands = commands_of_points(velocities, poses[2], self._lookahead, self.Ts)
+        commands = commands_of_points(velocities, poses[2], LOOKAHEAD_M, self.Ts)
         for convert, turns, robots in self._groups:
             if not turns:  # the control point is the robot's centre
                 commands[:, robots] = convert(velocities[:, robots], poses[:, robots], self.komega)

@@ -143,17 +143,12 @@ def test_robots_that_start_too_near_go_apart():
 
 
 def test_unicycles_whose_points_have_passed_each_other_go_back():
-    poses = np.array([[0.0, 0.25], [0.0, 0.0], [0.0, math.pi]])
-    fleet = Fleet(poses, np.array([[3.0, -3.0], [0.0, 0.0]]), model=UNICYCLE, lookahead=0.15)
+    poses = np.array([[0.0, 0.08], [0.0, 0.0], [0.0, math.pi]])
+    fleet = Fleet(poses, np.array([[3.0, -3.0], [0.0, 0.0]]), model=UNICYCLE)
     least, _ = fleet.run(30.0)
 
-    assert least > 0.24  # they backed off, and then went round
+    assert least > 0.07  # they backed off, and then went round
     assert 'robots 1-2 start too close to others' in fleet.messages[0]
-
-
-def test_points_that_could_pass_each_other_are_refused():
-    with pytest.raises(SetcmasError, match='less than half of min_separation'):
-        Fleet(np.zeros((3, 2)), np.zeros((2, 2)), model=UNICYCLE, lookahead=0.225)
 
 
 @pytest.mark.parametrize('model', [OMNIDIRECTIONAL, UNICYCLE])

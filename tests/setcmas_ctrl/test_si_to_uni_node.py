@@ -177,13 +177,13 @@ def test_a_robot_whose_pose_is_unknown_or_too_old_rests(driven, send):
 
 
 def test_with_the_filter_it_follows_what_that_allows_and_its_verdicts(driven, send):
-    robot = driven(safety=FilterOptions(filter='barrier', lookahead=0.1))
+    robot = driven(safety=FilterOptions(filter='barrier'))
     allowed = '/tb3_3/cmd_cart_vel_allowed'
     send(0.0, 0.25, float(Verdict.KEPT), allowed)
     assert robot.steps() == [pytest.approx((0.25, 1.5 * math.pi / 2))]
     send(0.0, 0.25, float(Verdict.CHANGED), allowed)
     ((V, omega),) = robot.steps()
-    assert pytest.approx(0.0, abs=0.1) == V  # the point ahead moves by turning
+    assert abs(V) < 0.15  # the point ahead moves by turning
     assert omega > 1.0
 
     send(0.25, 0.0, math.nan, allowed)  # not from the filter

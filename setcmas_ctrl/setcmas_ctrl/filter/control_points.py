@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from setcmas_ctrl.filter.barrier_constraints import Constraints
+from setcmas_ctrl.filter.filter_options import LOOKAHEAD_M
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -35,20 +36,16 @@ class ControlPoints:
         V_max: Speed limit of each robot in m/s, shape (N,).
     """
 
-    def __init__(self, models: Sequence[RobotModel], lookahead: float) -> None:
-        """Choose the control points of robots by their models.
-
-        The lookahead is the distance from the centre of a unicycle to its control point in m.
-        """
+    def __init__(self, models: Sequence[RobotModel]) -> None:
+        """Choose the control points of robots by their models."""
         turns = [model.motion is Motion.UNICYCLE for model in models]
         self._turns = np.array(turns)
         self._unicycles = np.flatnonzero(self._turns)
-        self._lookahead = np.full(len(self._unicycles), lookahead)
-        self.ahead = np.where(self._turns, lookahead, 0.0)
+        self.ahead = np.where(self._turns, LOOKAHEAD_M, 0.0)
         limits = [model.limits for model, turns in zip(models, turns, strict=True) if turns]
         self._turn_max = np.array([min(limit.omega_max, _FASTEST_TURN) for limit in limits])
         self._wheel_max = np.array([limit.wheel_speed_max for limit in limits])
-        self._lever = np.array([0.5 * limit.wheel_separation / lookahead for limit in limits])
+        self._lever = np.array([0.5 * limit.wheel_separation / LOOKAHEAD_M for limit in limits])
         self.V_max = np.array([model.V_max for model in models])
 
     def points(self, poses: Floats) -> Floats:
@@ -67,7 +64,7 @@ class ControlPoints:
         """
         moved: Floats = wanted.copy()
         moved[:, self._unicycles] = velocities_of_points(
-            commands[:, self._turns], poses[2, self._unicycles], self._lookahead, Ts
+            commands[:, self._turns], poses[2, self._unicycles], LOOKAHEAD_M, Ts
         )
         return moved
 
@@ -79,9 +76,7 @@ class ControlPoints:
         wanted = velocities[:, self._unicycles]
         turns = np.minimum(np.maximum(self._turn_max, np.abs(commands[2, self._turns])), 3.0 / Ts)
         tan = np.tan(0.5 * Ts * turns)
-        parts = [
-            (side * left - tan * forward, 2.0 * self._lookahead * tan / Ts) for side in (1, -1)
-        ]
+        parts = [(side * left - tan * forward, 2.0 * LOOKAHEAD_M * tan / Ts) for side in (1, -1)]
         if np.isfinite(self._wheel_max).all():
             parts += [
                 (way * forward + side * self._lever * left, self._wheel_max)
@@ -118,7 +113,7 @@ class ControlPoints:
         return Constraints.stacked(parts)
 
 
-def velocities_of_points(commands: Floats, theta: Floats, ahead: Floats, Ts: float) -> Floats:
+def velocities_of_points(commands: Floats, theta: Floats, ahead: float, Ts: float) -> Floats:
     """Return the mean velocities of the points over a period with constant commands.
 
     In the robot's frame a point moves by V Ts sinc(phi/2) e(phi/2) + l (e(phi) - e(0)), with the
@@ -140,9 +135,7 @@ def velocities_of_points(commands: Floats, theta: Floats, ahead: Floats, Ts: flo
     return _rotated(chord * along(half) + turned * across(half), theta)
 
 
-def commands_of_points(
-    velocities: Floats, theta: Floats, ahead: Floats | float, Ts: float
-) -> Floats:
+def commands_of_points(velocities: Floats, theta: Floats, ahead: float, Ts: float) -> Floats:
     """Return the commands that give the points constant velocities over a period.
 
     The inverse of `velocities_of_points`: with the displacement (a, b) of a point in the robot's

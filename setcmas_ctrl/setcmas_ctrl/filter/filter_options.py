@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from setcmas_simu.option_groups import Options, option, spelled
-from setcmas_simu.option_kinds import ACCELERATION, LENGTH, Number, OneOf
+from setcmas_simu.option_kinds import ACCELERATION, Number, OneOf
 from setcmas_simu.robots.arena import FORM, Borders, ObstaclesKind
 
 NONE, BARRIER = FILTERS = ('none', 'barrier')
@@ -21,7 +21,7 @@ are left, as in the default lab file.
 """
 
 LOOKAHEAD_M = 0.05
-"""Default distance of a unicycle's control point from its axle."""
+"""Distance of a unicycle's control point ahead of its axle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +37,7 @@ class FilterOptions(Options):
         default_text=NONE,
     )
     min_separation: float | None = option(
-        LENGTH,
+        Number(above=2.0 * LOOKAHEAD_M, unit='m', finite=True),  # points must not pass each other
         'minimum distance between the centres of two robots',
         default=None,
         default_text=f'{SEPARATION_M:g} m',
@@ -46,11 +46,6 @@ class FilterOptions(Options):
         Number(above=0, unit='1/s', finite=True),
         'barrier gain: the larger it is, the faster robots may approach each other',
         default=1.0,
-    )
-    lookahead: float = option(
-        LENGTH,
-        "distance of a unicycle's control point from its axle",
-        default=LOOKAHEAD_M,
     )
     arena: Sequence[float] | None = option(
         Borders(), 'region that robots must not leave (m)', default=None
@@ -72,7 +67,7 @@ class FilterOptions(Options):
     @property
     def notes(self) -> list[str]:
         """Notes on options that have no effect without the filter."""
-        of_filter = ('min_separation', 'gamma', 'lookahead', 'arena')
+        of_filter = ('min_separation', 'gamma', 'arena')
         idle = [spelled(name) for name in self.changed() if name in of_filter]
         if self.filter is not None or not idle:
             return []

@@ -148,7 +148,6 @@ class Commander:
             gains.komega,
             1.0 / gains.rate,
             options.accel or math.inf,
-            options.lookahead,
             scripts,
         )
         self._filter = None
