@@ -31,7 +31,7 @@ VERBS = {
     'doctor': 'check this machine, and a lab before an experiment',
     'fault': 'inject a fault into an emulated lab',
     'record': 'record topics into a bag',
-    'play': 'play a recording: all topics except commands',
+    'play': 'play a recording: poses, communication, drawings',
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path lengths, separation, settling times, task errors',

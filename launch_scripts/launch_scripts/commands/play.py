@@ -1,8 +1,7 @@
 """Play a recording: publish its messages in real time for the page, RViz and recorders.
 
-Commands are never played (cmd_vel, pause, reset, joysticks): no robot moves because of a
-recording. Playback does not start while one of the recorded robots is running, and stops when
-one starts.
+It plays poses, communication and drawings only: no robot moves because of a recording.
+Playback does not start while one of the recorded robots is running, and stops when one starts.
 
 Examples:
   setcmas play out

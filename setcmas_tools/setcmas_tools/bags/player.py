@@ -30,41 +30,32 @@ from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.bags.bag_reader import Bag, BagTopic, open_bag
 from setcmas_tools.bags.recording_options import PlayerOptions
 
-_COMMANDS = (
-    topics.PAUSE,
-    topics.RESET,
-    topics.PAUSED.strip('/'),
-    topics.GUARD_STATE,
-    topics.BRIDGE_STATE,
-    topics.POSE_STATE,
+_OF_ROBOTS = (
+    topics.ODOM,
+    topics.POSE,
+    topics.TRIG_ODOM,
+    topics.TRIG_EVENT,
+    topics.LINKS,
+    topics.MESSAGE,
 )
-_COMMANDS_OF_FLEETS = (
-    topics.EMERGENCY_STOP,
-    topics.EMERGENCY_STOPPED,
-    topics.EMULATED_FAULT,
-    topics.FLEET_TIME,
+_OF_FLEETS = (
+    topics.FLEET,
+    topics.DIAGNOSTICS,
+    topics.TASK,
+    topics.COMMUNICATION_GRAPH,
+    topics.TF,
 )
-_COMMAND_BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_cart_vel, cmd_vel_nav
-_COMMAND_TYPES = (
-    'ackermann_msgs/msg/AckermannDrive',
-    'ackermann_msgs/msg/AckermannDriveStamped',
-    'geometry_msgs/msg/Twist',
-    'geometry_msgs/msg/TwistStamped',
-    'sensor_msgs/msg/Joy',  # its button starts experiments
-    'trajectory_msgs/msg/JointTrajectory',
-)
+_DRAWING = 'visualization_msgs/msg/Marker'
 
 
-def is_command(name: str, msgtype: str) -> bool:
-    """Return whether robots or their controllers may act on a topic.
+def is_shown(name: str, msgtype: str) -> bool:
+    """Return whether a topic is for those who watch: poses, communication, or drawings.
 
-    These topics are never played: no robot may move because of a recording, not even a robot
-    that is switched on later.
+    No other topic is played: no robot may move because of a recording, not even a robot that is
+    switched on later.
     """
-    last = name.rpartition('/')[2]
-    if msgtype in _COMMAND_TYPES or name in _COMMANDS_OF_FLEETS or last in _COMMANDS:
-        return True
-    return last.startswith(_COMMAND_BEGIN)
+    is_robots = topics.robot_of(name) is not None and name.rpartition('/')[2] in _OF_ROBOTS
+    return is_robots or name in _OF_FLEETS or msgtype.removesuffix('Array') == _DRAWING
 
 
 def played_topics(bag: Bag) -> tuple[dict[BagTopic, Any], list[str]]:
@@ -76,10 +67,8 @@ def played_topics(bag: Bag) -> tuple[dict[BagTopic, Any], list[str]]:
     classes: dict[BagTopic, Any] = {}
     left_out: defaultdict[str, list[str]] = defaultdict(list)
     for topic in bag.topics:
-        if is_command(topic.name, topic.msgtype):
-            left_out['no robot moves because of a recording'].append(topic.name)
-        elif topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
-            left_out['they belong to the recorded programs'].append(topic.name)
+        if not is_shown(topic.name, topic.msgtype):
+            left_out['robots or other programs may act on them'].append(topic.name)
         elif any(topic.name == other.name for other in classes):
             left_out['recorded with two types'].append(topic.name)
         else:

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros import qos
 from setcmas_tools.bags.bag_reader import open_bag
-from setcmas_tools.bags.player import is_command, played_topics, robots_in_use
+from setcmas_tools.bags.player import is_shown, played_topics, robots_in_use
 from setcmas_tools.bags.recorder import stored_qos
 
 PLAYER = [sys.executable, '-m', 'setcmas_tools.bags.player']
@@ -57,7 +57,9 @@ def test_everything_but_commands_is_played_and_nothing_is_lost(start, peer, reco
 
     assert player.wait() == 0
     assert [message.pose.pose.position.x for message in odometry] == list(range(NB_MESSAGES))
-    assert 'not played: /tb3_1/cmd_vel (no robot moves because of a recording)' in player.output()
+    assert (
+        'not played: /tb3_1/cmd_vel (robots or other programs may act on them)' in player.output()
+    )
 
 
 def test_it_ends_when_a_robot_comes_that_it_plays_and_late_listeners_know_of_the_fleet(
@@ -86,26 +88,21 @@ def test_another_node_publishes_one_of_their_topics(peer):
     assert robots_in_use(peer.node, PLAYED, own=1) == ''
 
 
-@pytest.fixture
-def choosable_bag(tmp_path, write_bag, make):
-    names = {'/number': 'UInt16', '/tb3_1/reset': 'Empty', '/twice': 'Bool'}
+def test_omissions_are_reported(tmp_path, write_bag, make):
+    names = {'/fleet': 'String', '/tb3_1/reset': 'Empty', '/tb3_1/links': 'Float64MultiArray'}
     messages = [(name, 0, make(f'std_msgs/msg/{kind}')) for name, kind in names.items()]
     messages += [
-        ('/twice', 1, make('std_msgs/msg/Empty')),
-        ('/lab', 1, make('lab_msgs/msg/Reading')),
+        ('/tb3_1/links', 1, make('std_msgs/msg/Empty')),
+        ('/tb3_1/message', 1, make('lab_msgs/msg/Reading')),
     ]
-    with open_bag(write_bag(tmp_path / 'choosable_bag', messages)) as choosable_bag:
-        yield choosable_bag
+    with open_bag(write_bag(tmp_path / 'bag', messages)) as bag:
+        classes, notes = played_topics(bag)
 
-
-def test_omissions_are_reported(choosable_bag):
-    classes, notes = played_topics(choosable_bag)
-
-    assert [topic.name for topic in classes] == ['/number', '/twice']
+    assert [topic.name for topic in classes] == ['/fleet', '/tb3_1/links']
     assert notes == [
-        'not played: /lab (no Python package lab_msgs with it is installed)',
-        'not played: /tb3_1/reset (no robot moves because of a recording)',
-        'not played: /twice (recorded with two types)',
+        'not played: /tb3_1/links (recorded with two types)',
+        'not played: /tb3_1/message (no Python package lab_msgs with it is installed)',
+        'not played: /tb3_1/reset (robots or other programs may act on them)',
     ]
 
 
@@ -118,34 +115,20 @@ def test_a_bag_of_commands_alone_is_refused(tmp_path, write_bag, make):
         played_topics(bag)
 
 
-STAMPED = 'geometry_msgs/msg/TwistStamped'
-
-
-COMMANDS = [
-    ('/tb3_1/cmd_vel', STAMPED),
-    ('/tb3_1/cmd_vel_wanted', STAMPED),
-    ('/husky/velocity_controller/reference', 'geometry_msgs/msg/Twist'),
-    ('/cmd_vel_nav', 'custom_msgs/msg/Velocity'),
-    ('/pause', 'std_msgs/msg/Bool'),
-    ('/tb3_1/pause', 'std_msgs/msg/Bool'),
-    ('/paused', 'std_msgs/msg/Bool'),
-    ('/emergency_stopped', 'std_msgs/msg/Bool'),
-    ('/tb3_1/cmd_cart_vel', 'geometry_msgs/msg/Point32'),
-    ('/tb3_1/cmd_vel_guarded', 'custom_msgs/msg/Velocity'),
-    ('/tb3_1/guard_state', 'diagnostic_msgs/msg/DiagnosticStatus'),
-    ('/tb3_2/reset', 'std_msgs/msg/Empty'),
-    ('/emulated_lab/fault', 'std_msgs/msg/String'),
-    ('/tb3_1/bridge_state', 'diagnostic_msgs/msg/DiagnosticStatus'),
-    ('/fleet_time', 'sensor_msgs/msg/TimeReference'),
-    ('/joy', 'sensor_msgs/msg/Joy'),
-]
-REPORTS = [
-    ('/tb3_1/odom', 'nav_msgs/msg/Odometry'),
-    ('/fleet', 'std_msgs/msg/String'),
-    ('/scan', 'sensor_msgs/msg/LaserScan'),
-]
-
-
-@pytest.mark.parametrize(('name', 'msgtype'), COMMANDS + REPORTS)
-def test_commands_to_robots_are_never_played_and_reports_are(name, msgtype):
-    assert is_command(name, msgtype) == ((name, msgtype) in COMMANDS)
+@pytest.mark.parametrize(
+    ('name', 'msgtype', 'shown'),
+    [
+        ('/tb3_1/odom', 'nav_msgs/msg/Odometry', True),
+        ('/mocap/tb3_1/odom', 'nav_msgs/msg/Odometry', True),
+        ('/tb3_1/wp_ref', 'visualization_msgs/msg/MarkerArray', True),
+        ('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', True),
+        ('/tb3_1/cmd_vel', 'geometry_msgs/msg/TwistStamped', False),
+        ('/tb3_1/cmd_cart_vel', 'geometry_msgs/msg/Point32', False),
+        ('/tb3_1/bridge_state', 'diagnostic_msgs/msg/DiagnosticStatus', False),
+        ('/paused', 'std_msgs/msg/Bool', False),
+        ('/odom', 'nav_msgs/msg/Odometry', False),
+        ('/rosout', 'rcl_interfaces/msg/Log', False),
+    ],
+)
+def test_what_robots_may_act_on_is_never_played(name, msgtype, shown):
+    assert is_shown(name, msgtype) == shown
