@@ -239,6 +239,11 @@ class Rehearsal:
         self.peer.wait_for(stopped)
         return found
 
+    def way(self, robot: int = 1) -> float:
+        """Return how far (m) a robot has gone, as far as this peer has seen."""
+        pairs = itertools.pairwise(self.truth[robot])
+        return sum(after.way_from(before) for before, after in pairs)
+
     def _children(self):
         try:
             return psutil.Process(self.process.pid).children(recursive=True)

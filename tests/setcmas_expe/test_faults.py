@@ -6,6 +6,7 @@ They go at 0.1 m/s here, so that a busy machine has twice the time for the same 
 """
 
 import itertools
+import shutil
 import sys
 from pathlib import Path
 
@@ -16,16 +17,17 @@ pytest.importorskip('rclpy')
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from network_namespaces import on_a_network
-from network_rehearsal import roll_after_the_laptop_is_cut_off
+from network_rehearsal import (
+    roll_after_the_laptop_is_cut_off,
+    way_behind_a_firewall,
+    ways_past_a_rogue,
+)
 from rehearsal import BRIDGES, Rehearsal
 
 WAY = 0.16  # m
+STANDS_M = 0.005
 SLOW = ('--vnom', '0.1')
 GOES = 0.07  # m/s: what 0.1 m/s is, cut to hundredths, and a little less in curves
-
-
-def way(samples):
-    return sum(after.way_from(before) for before, after in itertools.pairwise(samples))
 
 
 @pytest.fixture
@@ -171,7 +173,24 @@ def test_a_y_up_system_that_is_taken_for_a_z_up_one_lets_no_robot_turn_fast(peer
 
 @pytest.mark.nightly
 def test_robots_over_a_network_whose_plug_is_pulled(domain, tmp_path):
-    ways = on_a_network(roll_after_the_laptop_is_cut_off, 2, domain, tmp_path)
+    ways = on_a_network(roll_after_the_laptop_is_cut_off, domain, tmp_path)
 
     assert len(ways) == 2
     assert max(ways) < WAY
+
+
+@pytest.mark.nightly
+def test_only_the_bridge_moves_a_robot_whose_base_listens_to_its_guard_alone(domain, tmp_path):
+    rolled, beside = on_a_network(ways_past_a_rogue, domain, tmp_path)
+
+    assert rolled < WAY
+    assert beside < STANDS_M
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(not shutil.which('nft'), reason='no nftables')
+def test_a_firewall_keeps_a_rogue_out(domain, tmp_path):
+    paused, said = on_a_network(way_behind_a_firewall, domain, tmp_path)
+
+    assert 'STOP by Esc: SWITCH tb3_1 OFF' in said
+    assert paused < STANDS_M

@@ -1,12 +1,10 @@
 """A robot, or a control law, that shares no code with this project, nor its DDS."""
 
-import shutil
 import sys
 import time
 from pathlib import Path
 
 import pytest
-from network_namespaces import on_a_network
 from processes import CTRL, SIMU
 from terminals import Terminal
 
@@ -14,20 +12,16 @@ pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
 
 from rehearsal import Rehearsal
-from rogue_rehearsal import STANDS_M, ways_behind_a_firewall, ways_past_a_rogue
 from ros_peer import position
 
 ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
 LAW = Path(__file__).parent / 'scripts' / 'foreign_controller.py'
 EXPE = ['expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick', '--without-guard']
-
-
 WAY_M = 0.16
-NIGHTLY = pytest.mark.nightly
 
 
-@pytest.mark.parametrize('kind', ['TwistStamped', pytest.param('Twist', marks=NIGHTLY)])
 @pytest.mark.nightly
+@pytest.mark.parametrize('kind', ['TwistStamped', 'Twist'])
 def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, domain):
     robot = start(sys.executable, str(ROBOT), str(domain), kind)
     terminal = Terminal(*EXPE)
@@ -80,23 +74,3 @@ def test_nothing_listens(start, domain):
         terminal.wait_for('nothing listens to /tb3_1/cmd_vel: is its b')
     finally:
         terminal.close()
-
-
-@NIGHTLY
-def test_only_the_bridge_moves_a_robot_whose_base_listens_to_its_guard_alone(domain, tmp_path):
-    beside, alone, again = on_a_network(ways_past_a_rogue, domain, tmp_path)
-
-    assert beside < STANDS_M
-    assert alone > 0.05
-    assert again < 0.16
-
-
-@NIGHTLY
-@pytest.mark.skipif(not shutil.which('nft'), reason='no nftables')
-def test_a_firewall_keeps_a_rogue_out(domain, tmp_path):
-    driven, paused, said = on_a_network(ways_behind_a_firewall, domain, tmp_path)
-
-    assert driven > 0.1  # there is no motor_power: nothing on the network stops it
-    assert 'SWITCH THE ROBOT OFF' in said
-    assert 'STOP by Esc: SWITCH tb3_1 OFF' in said
-    assert paused < STANDS_M

@@ -1,7 +1,7 @@
 """A TurtleBot3 and its motion capture by another maker: Cyclone DDS, without any ROS.
 
-Arguments: ROS domain; what it listens to: TwistStamped, Twist or nothing; and where, by default
-cmd_vel. Prints `goes` once it has moved by 5 cm, and the way in m when that has changed by 1 cm.
+Arguments: ROS domain; what it listens to: TwistStamped, Twist or nothing. Prints `goes` once it
+has moved by 5 cm.
 """
 
 import math
@@ -10,9 +10,7 @@ import sys
 import time
 
 # Fast DDS uses no multicast within a machine.
-os.environ['CYCLONEDDS_URI'] = os.environ.get(
-    'CYCLONEDDS_URI',
-    """
+os.environ['CYCLONEDDS_URI'] = """
 <CycloneDDS><Domain>
   <General>
     <AllowMulticast>false</AllowMulticast>
@@ -23,8 +21,7 @@ os.environ['CYCLONEDDS_URI'] = os.environ.get(
     <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
     <Peers><Peer address="localhost"/></Peers>
   </Discovery>
-</Domain></CycloneDDS>""",
-)
+</Domain></CycloneDDS>"""
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
@@ -64,11 +61,11 @@ def main():
     )
     commands = kind and DataReader(
         participant,
-        Topic(participant, f'rt/tb3_1/{(*sys.argv, "cmd_vel")[3]}', kind),
+        Topic(participant, 'rt/tb3_1/cmd_vel', kind),
         Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(10)),
     )
     x = 1.0
-    y = theta = V = omega = way = told = 0.0
+    y = theta = V = omega = way = 0.0
     while True:
         for command in commands.take(10) if commands else []:
             if isinstance(command, kind):  # not the end of a writer
@@ -80,9 +77,6 @@ def main():
         if way < 0.05 <= way + STEP_S * abs(V):
             print('goes', flush=True)
         way += STEP_S * abs(V)
-        if way - told >= 0.01:
-            told = way
-            print(f'{way:.2f}', flush=True)
         now = time.time()
         stamp = Time(int(now), int(1e9 * (now % 1)))
         place = Vector3(x, y, 0.19 + 1e-6 * math.sin(1e3 * now))
