@@ -42,7 +42,7 @@ said.length = 0;
 py.globals.set('request', JSON.stringify(request));
 try {
   const begin = performance.now();
-  const answer = JSON.parse(py.runPython(`site_worker.${name}(request, say)`));
+  const answer = JSON.parse(py.runPython(`site_worker.answer("${name}", request, say)`));
   answer.took = (performance.now() - begin) / 1e3;
   done([answer, said]);
 } catch (error) { done([String(error), said]); }

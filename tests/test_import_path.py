@@ -48,7 +48,7 @@ import json
 from setcmas_tools.page import site_worker
 
 for law in ('consensus', 'nav_wp'):
-    answer = json.loads(site_worker.run(json.dumps({{'algo': law}}), str))
+    answer = json.loads(site_worker.answer('run', json.dumps({{'algo': law}})))
     print(answer['ok'], answer.get('needs'))
 """
 

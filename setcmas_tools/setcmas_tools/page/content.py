@@ -84,39 +84,26 @@ _MOST_CALLS = 6_000
 
 def calls_entry(run: Run) -> dict[int, dict[str, Any]]:
     """Return the calls of each robot's law, by its number."""
-    begin = _begin_of(run) - SAME_TIME_S
-    fastest = _fastest(run)
-    each = 1 + len(run.commands.t) // _MOST_CALLS if run.commands else 1
+    if run.commands is None:
+        return {}
+    begin, fastest = _begin_of(run) - SAME_TIME_S, _fastest(run)
+    each = 1 + len(run.commands.t) // _MOST_CALLS
     entries = {}
     for robot in run.robots:
-        if run.commands:
-            own = run.commands.of(robot)
-            rows = np.flatnonzero(own.t >= begin)[::each]
-            t, wanted = own.t[rows], np.column_stack([own.vx, own.vy])[rows]
-            filtered = own if isinstance(own, FilteredCommands) else None
-        else:
-            t = np.array([one.t for one in run.info.failures or [] if one.robot == robot])
-            t = t[t >= begin]
-            rows, wanted, filtered = np.arange(len(t)), np.full((len(t), 2), np.nan), None
-        if not len(t):
+        own = run.commands.of(robot)
+        rows = np.flatnonzero(own.t >= begin)[::each]
+        if not len(rows):
             continue
+        t, vx, vy = own.t[rows], own.vx[rows], own.vy[rows]
         overruled = np.full(len(t), '', dtype=object)
-        if filtered:
-            overruled[filtered.changed[rows]] = 'The safety filter overruled it.'
-            overruled[filtered.unsolved[rows]] = (
-                'The safety filter stopped it: no velocity was safe.'
-            )
-        outcomes = _outcomes(run, robot, t, overruled, np.hypot(*wanted.T) >= fastest)
-        entry = {
-            't': rounded(t),
-            'vx': rounded(wanted[:, 0]),
-            'vy': rounded(wanted[:, 1]),
-            'words': changes(outcomes),
-        }
-        if filtered:
-            entry['allowedX'] = rounded(filtered.allowed_vx[rows])
-            entry['allowedY'] = rounded(filtered.allowed_vy[rows])
-        entries[robot] = entry
+        entry = {'t': rounded(t), 'vx': rounded(vx), 'vy': rounded(vy)}
+        if isinstance(own, FilteredCommands):
+            overruled[own.changed[rows]] = 'The safety filter overruled it.'
+            overruled[own.unsolved[rows]] = 'The safety filter stopped it: no velocity was safe.'
+            entry['allowedX'] = rounded(own.allowed_vx[rows])
+            entry['allowedY'] = rounded(own.allowed_vy[rows])
+        outcomes = _outcomes(run, robot, t, overruled, np.hypot(vx, vy) >= fastest)
+        entries[robot] = {**entry, 'words': changes(outcomes)}
     return entries
 
 
@@ -135,10 +122,15 @@ def _outcomes(
     found = []
     rows = zip(t.tolist(), states_at(run, robot, t), overruled, saturated, strict=True)
     for now, (state, held), by_filter, is_saturated in rows:
-        failure = failure_at(run, robot, now)
-        by_safety = 'A safety function overruled it.' if held else ''
-        outcome = _outcome(failure, state, by_filter or by_safety)
-        if not outcome[0] and is_saturated:
+        outcome = '', ''
+        if failure := failure_at(run, robot, now):
+            place = f' in line {failure.line} of {failure.script}' if failure.line else ''
+            outcome = 'failed', f'Its law failed{place}: {failure.first_line}'
+        elif state != MOVING:
+            outcome = 'stopped', f'The robot was {state} in the experiment.'
+        elif by_filter or held:
+            outcome = 'overruled', by_filter or 'A safety function overruled it.'
+        elif is_saturated:
             outcome = 'saturated', 'The velocity is saturated at the speed limit.'
         found.append(outcome)
     return found
@@ -160,15 +152,6 @@ def states_at(run: Run, robot: int, t: Floats) -> list[tuple[str, bool]]:
         else (MOVING, False)
         for k, now in zip(newest.tolist(), t.tolist(), strict=True)
     ]
-
-
-def _outcome(failure: ScriptFailure | None, state: str, overruled: str) -> tuple[str, str]:
-    if failure:
-        place = f' in line {failure.line} of {failure.script}' if failure.line else ''
-        return 'failed', f'Its law failed{place}: {failure.first_line}'
-    if state != MOVING:
-        return 'stopped', f'The robot was {state} in the experiment.'
-    return ('overruled', overruled) if overruled else ('', '')
 
 
 def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:

@@ -116,25 +116,17 @@ class PauseStates:
 class RunClock:
     """Time from the first command; it stops when commands end or are paused.
 
-    Where a simulation has a time of its own, that one counts.
+    Times are those of the simulation, if it has a time of its own.
     """
 
     def __init__(self) -> None:
         self._counted: float | None = None
         self._last = 0.0
         self._paused = False
-        self._simulated: float | None = None
-        self._first_simulated = 0.0
-
-    def follow(self, simulated: float) -> None:
-        """Note the time in s of a simulation."""
-        if self._simulated is None or simulated < self._first_simulated:
-            self._first_simulated = simulated
-        self._simulated = simulated
 
     def command(self, now: float, paused: bool = False) -> None:
         """Note that a command came at a time in s, and whether the laws' own time is stopped."""
-        if self._counted is None or now - self._last > _SILENCE_S:
+        if self._counted is None or not 0.0 <= now - self._last <= _SILENCE_S:
             self._counted = 0.0
         elif not self._paused:
             self._counted += now - self._last
@@ -150,8 +142,6 @@ class RunClock:
         """Return the time of the run in s; None before the first command."""
         if self._counted is None:
             return None
-        if self._simulated is not None:
-            return self._simulated - self._first_simulated
         since = now - self._last
         return self._counted + (0.0 if self._paused or since > _SILENCE_S else since)
 
@@ -164,6 +154,7 @@ class LiveRun:
         models: Names of the models of robots whose model is announced.
         real: Whether this is an experiment, so that robots cannot be reset or started.
         ended: Whether all robots are gone; the last state stays.
+        simulated: Time in s of a simulation that has its own.
         task: The task of the control law, if it is known.
     """
 
@@ -179,6 +170,7 @@ class LiveRun:
     def begin(self) -> None:
         """Forget the run that has ended: another one begins."""
         self.states, self.clock = PauseStates(), RunClock()
+        self.simulated: float | None = None
         self.ended, self.task = False, ''
         self._seen: dict[int, _Seen] = {}
         self._put: set[int] = set()
@@ -198,6 +190,13 @@ class LiveRun:
     def robots(self) -> list[int]:
         """Numbers of the robots that have been seen, sorted."""
         return sorted(self._seen)
+
+    def command(self, now: float) -> None:
+        """Note a command; the time of the control laws stops while they are paused."""
+        self.clock.command(self._run_time(now), self.states.paused(now))
+
+    def _run_time(self, now: float) -> float:
+        return now if self.simulated is None else self.simulated
 
     def see(self, robot: int, pose: tuple[float, float, float], speed: float, now: float) -> None:
         """Note where a robot is.
@@ -295,7 +294,7 @@ class LiveRun:
         seen = [self._seen[robot] for robot in robots]
         rows: Floats = np.array([(*one.pose, one.speed) for one in seen])
         poses = np.round(np.clip(rows, -_FARTHEST_M, _FARTHEST_M), 4)
-        clock = self.clock.seconds(now)
+        clock = self.clock.seconds(self._run_time(now))
         return {
             'kind': 'frame',
             't': self._t(now),
@@ -324,7 +323,7 @@ class LiveRun:
         lost = int(self._lost(robots, now).sum())
         unseen = sorted(set(self.announced) - set(robots))
         count = f'{len(robots)} robot{"" if len(robots) == 1 else "s"}'
-        state = 'paused' if paused else self.clock.describe(now)
+        state = 'paused' if paused else self.clock.describe(self._run_time(now))
         if not robots:
             state = 'waiting for robots'
         if self.ended:

@@ -179,11 +179,10 @@ class LiveTopics:
             self._node.get_logger().warning(text)
 
     def _on_command(self, _: Point32) -> None:
-        # The time of the control laws stops while they are paused.
-        self._run.clock.command(self._now, self._run.states.paused(self._now))
+        self._run.command(self._now)
 
     def _on_clock(self, message: Clock) -> None:
-        self._run.clock.follow(seconds_of(message.clock))
+        self._run.simulated = seconds_of(message.clock)
 
     def _on_task(self, message: String) -> None:
         try:

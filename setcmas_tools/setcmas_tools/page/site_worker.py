@@ -41,26 +41,6 @@ _MOST_LETTERS = 200_000
 _last: Run | None = None
 
 
-def run(request: str, say: Say) -> str:
-    """Run a law; return the content of the page's player, metrics and failures."""
-    return _answered(_simulated, request, say)
-
-
-def check(request: str, say: Say) -> str:
-    """Check a law against an exercise; return points, criteria with hints, and the picture."""
-    return _answered(_checked, request, say)
-
-
-def plots(request: str = '{}', say: Say = str) -> str:
-    """Return the plots of the last run."""
-    return _answered(_plotted, request, say)
-
-
-def report_html(request: str, say: Say = str) -> str:
-    """Return the page of the last run to hand in, with title and names."""
-    return _answered(_reported, request, say)
-
-
 def run_zip() -> bytes:
     """Return the folder of the last run, as `setcmas view` and others read it, as a zip file."""
     folder, content = _run_made().save(_RUN, overwrite=True), io.BytesIO()
@@ -132,24 +112,33 @@ def _name_loops(page: _Page, limit_s: float | None) -> None:
         monitoring.set_events(tool, monitoring.events.JUMP)
 
 
-def _answered(work: Callable[[Answer, _Page], Answer], request: str, say: Say) -> str:
-    """Return the answer of some work, or why there is none, as JSON."""
+def answer(call: str, request: str, say: Say = str) -> str:
+    """Return the answer to a call of the page, or why there is none.
+
+    Args:
+        call: `run` a law: its run for the player, metrics and failures. `check` a law against an
+            exercise: points, criteria with hints, a picture. `plots` of the last run.
+            `report_html`: the page of the last run to hand in, with title and names.
+        request: What the call is given.
+        say: Takes what the page shows meanwhile.
+    """
+    calls = {'run': _simulated, 'check': _checked, 'plots': _plotted, 'report_html': _reported}
     page, asked = _Page(say), json.loads(request)
     _name_loops(page, asked.get('limit'))
     try:
         with redirect_stdout(page), redirect_stderr(page):
-            answer = {'ok': True, **work(asked, page)}
+            found = {'ok': True, **calls[call](asked, page)}
     except SetcmasError as error:
-        answer = {'ok': False, 'error': str(error)}
+        found = {'ok': False, 'error': str(error)}
     except ModuleNotFoundError as error:
-        answer = {'ok': False, 'error': str(error)}
+        found = {'ok': False, 'error': str(error)}
         if str(error.name).partition('.')[0] in _LATER:
-            answer['needs'] = 'matplotlib'
+            found['needs'] = 'matplotlib'
     except BaseException as error:  # a script may have changed anything
         reason = f'the script has broken the simulation itself: {summarise(error)}'
-        answer = {'ok': False, 'error': reason, 'broken': True}
+        found = {'ok': False, 'error': reason, 'broken': True}
     page.end()
-    return json.dumps(answer, separators=(',', ':'), allow_nan=False)
+    return json.dumps(found, separators=(',', ':'), allow_nan=False)
 
 
 def _simulated(asked: Answer, page: _Page) -> Answer:

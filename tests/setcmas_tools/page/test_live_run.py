@@ -71,7 +71,7 @@ def test_each_frame_has_the_numbers_of_the_charts(run):
         run.see(robot, (x, 0.0, 0.0), 0.2, 0.0)
 
     assert by_kind(run, 0.0)['frame']['curves'] == [None] * 3  # nothing commands them
-    run.clock.command(0.0)
+    run.command(0.0)
     run.see(1, (0.0, 0.0, 0.0), 0.2, 0.0)
     assert by_kind(run, 0.0)['frame']['curves'] == [1.0, 2.0, 0.2]
     run.task = 'formation'  # robots that need not meet have no disagreement

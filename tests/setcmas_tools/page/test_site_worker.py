@@ -40,7 +40,7 @@ class Page:
 
     def call(self, call, **request):
         self.said.clear()
-        return json.loads(getattr(site_worker, call)(json.dumps(request), self.say))
+        return json.loads(site_worker.answer(call, json.dumps(request), self.say))
 
     def say(self, text):
         self.said.append(json.loads(text))

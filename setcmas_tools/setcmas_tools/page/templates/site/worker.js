@@ -34,7 +34,7 @@ async function load({contents, packages}) {
 }
 
 function call(name, request, say) {
-  const answer = name === 'run_zip' ? core.run_zip() : core[name](request, text => say(text));
+  const answer = name === 'run_zip' ? core.run_zip() : core.answer(name, request, text => say(text));
   if (typeof answer === 'string') return answer;
   const bytes = answer.toJs();
   answer.destroy();
