@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property, partial
 
 import numpy as np
@@ -22,63 +22,6 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import RobotState, state_of
 from setcmas_simu.ros.polling import PolledTopic
-
-
-class MessageTopics:
-    """Publishes what robots of this process send, and takes what all others send.
-
-    Nothing is published or subscribed before the first use.
-    """
-
-    def __init__(
-        self,
-        node: Node,
-        robots: Sequence[int],
-        nb_robots: int,
-        on_content: Callable[[int, Content], None],
-    ) -> None:
-        """Prepare for robots of a fleet; `on_content` gets the number and content of others."""
-        self._node = node
-        self._others = [robot for robot in range(1, nb_robots + 1) if robot not in robots]
-        self._on_content = on_content
-        self._publishers: dict[int, Publisher] = {}
-        self._received: list[PolledTopic] = []
-        self._ignored: set[str] = set()
-
-    def listen(self) -> None:
-        """Subscribe to the messages of the other robots."""
-        if not self._received:
-            self._received = [self._subscribed(robot) for robot in self._others]
-
-    def take(self) -> None:
-        """Take what the others have sent."""
-        for topic in self._received:
-            topic.take()
-
-    def publish(self, robot: int, content: Content) -> None:
-        """Publish what a robot of this process sends."""
-        if robot not in self._publishers:
-            self._publishers[robot] = self._node.create_publisher(
-                String, topics.robot_topic(robot, topics.MESSAGE), qos.LATCHED_VALUES
-            )
-        self._publishers[robot].publish(String(data=encoded(content)))
-
-    def _subscribed(self, robot: int) -> PolledTopic:
-        topic = topics.robot_topic(robot, topics.MESSAGE)
-        on_message = partial(self._on_message, robot)
-        return PolledTopic(self._node, String, topic, on_message, qos.LATCHED_VALUES)
-
-    def _on_message(self, robot: int, message: String) -> None:
-        try:
-            content = decoded(message.data)
-        except (TypeError, ValueError) as error:
-            topic = topics.robot_topic(robot, topics.MESSAGE)
-            if topic not in self._ignored:
-                self._ignored.add(topic)
-                self._node.get_logger().warning(f'ignored a message on {topic}: {error}')
-        else:
-            self._on_content(robot, content)
-
 
 _COUNTS_EVERY_S = 1.0
 _GRAPH_EVERY_S = 0.2
@@ -121,7 +64,9 @@ class FleetNetwork:
         self._counts_publishers: list[Publisher] = []
         self._states: list[PolledTopic] = []
         self._stamps: dict[int, Time] = {}
-        self._messages = MessageTopics(node, robots, self._nb_robots, self._attach)
+        self._message_publishers: dict[int, Publisher] = {}  # none before the first use
+        self._messages: list[PolledTopic] = []
+        self._ignored: set[int] = set()
         self.t = 0.0
         self.is_on = not communication.is_ideal
         self._known: Floats = poses.poses[None]
@@ -142,12 +87,16 @@ class FleetNetwork:
             for robot in self._robots
         ]
         if self._communication.event_triggered:
-            self._states = [self._subscribed(robot) for robot in range(1, self._nb_robots + 1)]
-
-    def _subscribed(self, robot: int) -> PolledTopic:
-        topic = topics.robot_topic(robot, topics.TRIG_ODOM)
-        on_state = partial(self._on_state, robot)
-        return PolledTopic(self._node, Odometry, topic, on_state, qos.LATCHED)
+            self._states = [
+                PolledTopic(
+                    self._node,
+                    Odometry,
+                    topics.robot_topic(robot, topics.TRIG_ODOM),
+                    partial(self._on_state, robot),
+                    qos.LATCHED,
+                )
+                for robot in range(1, self._nb_robots + 1)
+            ]
 
     @cached_property
     def _links(self) -> Links:
@@ -155,7 +104,18 @@ class FleetNetwork:
 
     def begin(self) -> None:
         """Prepare for messages, on links over which the robots have sent their poses already."""
-        self._messages.listen()
+        if not self._messages:
+            self._messages = [
+                PolledTopic(
+                    self._node,
+                    String,
+                    topics.robot_topic(robot, topics.MESSAGE),
+                    partial(self._on_message, robot),
+                    qos.LATCHED_VALUES,
+                )
+                for robot in range(1, self._nb_robots + 1)
+                if robot not in self._robots
+            ]
         if not self.is_on:
             self.is_on = True
             self._open()
@@ -166,7 +126,11 @@ class FleetNetwork:
         """Let the next states that a robot of this process sends carry a value."""
         content = Content(self.t, value)
         self._attach(robot, content)
-        self._messages.publish(robot, content)
+        if robot not in self._message_publishers:
+            self._message_publishers[robot] = self._node.create_publisher(
+                String, topics.robot_topic(robot, topics.MESSAGE), qos.LATCHED_VALUES
+            )
+        self._message_publishers[robot].publish(String(data=encoded(content)))
 
     def received(self, robot: int) -> Mapping[int, Content]:
         """Return what a robot of this process has received last, by the senders' numbers."""
@@ -181,9 +145,19 @@ class FleetNetwork:
     def _attach(self, robot: int, content: Content) -> None:
         self._links.attach(robot - 1, content)
 
+    def _on_message(self, robot: int, message: String) -> None:
+        try:
+            self._attach(robot, decoded(message.data))
+        except (TypeError, ValueError) as error:
+            if robot not in self._ignored:
+                self._ignored.add(robot)
+                topic = topics.robot_topic(robot, topics.MESSAGE)
+                self._node.get_logger().warning(f'ignored a message on {topic}: {error}')
+
     def take_values(self) -> None:
         """Take values from other processes; call before taking the states that carry them."""
-        self._messages.take()
+        for topic in self._messages:
+            topic.take()
 
     def take(self) -> None:
         """Take the states that robots have sent, which are their poses unless they send by events.

@@ -82,14 +82,6 @@ def event_triggered_comm(argv: list[str] | None = None) -> int:
     return _run_node('event_triggered_comm', argv)
 
 
-NODES = {
-    'controller': controller,
-    'si_to_uni': si_to_uni,
-    'event_triggered_comm': event_triggered_comm,
-}
-"""What runs one node of a robot, whose other nodes are in other processes."""
-
-
 def _run(name: str, gains: type[GainOptions], serve: Serve, argv: list[str] | None) -> int:
     parser = argparse.ArgumentParser(
         prog=name, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -240,7 +232,8 @@ def prepared_fleet(
 
 
 if __name__ == '__main__':
-    own = NODES.get(sys.argv[1]) if len(sys.argv) > 1 else None
-    if own:
+    nodes = {one.__name__: one for one in (controller, si_to_uni, event_triggered_comm)}
+    run = nodes.get(sys.argv[1]) if len(sys.argv) > 1 else None
+    if run:
         del sys.argv[1]
-    end_process((own or main)())
+    end_process((run or main)())

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 from std_msgs.msg import Bool
-from std_srvs.srv import SetBool
 
 from setcmas_ctrl.controllers.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.controllers.graph_watch import GraphWatch
@@ -111,11 +110,10 @@ class FleetPause:
     """
 
     def __init__(self, node: Node, drivers: Sequence[SiToUni], launcher: Launcher) -> None:
-        """Subscribe and offer the service through a node."""
+        """Subscribe through a node."""
         self._drivers = drivers
         self._launcher = launcher
         self._stopped = self._requested = False
-        node.create_service(SetBool, '~/pause', self._answer)
         stop = topics.EMERGENCY_STOP
         self.topics = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
@@ -149,10 +147,3 @@ class FleetPause:
         self._requested = paused
         for driver in self._drivers:
             driver.pause(paused)
-
-    def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._pause(request.data, 'service')
-        response.success = request.data or not self._stopped
-        paused = request.data or self._stopped
-        response.message = f'all robots are {"paused" if paused else "resumed"}'
-        return response

@@ -13,8 +13,7 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 from ros_peer import position, velocity
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import UInt16
-from std_srvs.srv import SetBool
+from std_msgs.msg import Bool, UInt16
 
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import Announcement, FleetAnnouncer
@@ -119,14 +118,16 @@ def test_requests_are_answered_while_it_waits_for_odometry(start, peer, script):
     process.wait_for_output('waiting for the odometry of robot 1 (/tb3_1/odom)')
     assert peer.set_parameter('/tb3_1/controller', 'vnom', 0.25) == ''
     assert peer.set_parameter('/controllers', 'komega', 1.0) == ''
-    assert peer.call(SetBool, '/controllers/pause', data=True).success
+    pause = peer.publisher(Bool, '/pause')
+    pause.publish(Bool(data=True))
+    process.wait_for_output('paused by /pause')
 
     wanted = peer.cmd_cart_vel(1)
     odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 1)
     peer.node.create_timer(0.05, lambda: odometry.publish(Odometry()))
     peer.wait_for(lambda: wanted)
     assert wanted[0].x == 0.0  # paused
-    assert peer.call(SetBool, '/controllers/pause', data=False).success
+    pause.publish(Bool(data=False))
     peer.wait_for(lambda: wanted[-1].x == 0.25)
 
 

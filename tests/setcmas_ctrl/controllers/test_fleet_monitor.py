@@ -5,7 +5,6 @@ pytest.importorskip('rclpy')
 from processes import CTRL, SIMU
 from ros_peer import velocity
 from std_msgs.msg import Bool
-from std_srvs.srv import SetBool
 
 from setcmas_simu.ros import qos
 
@@ -36,7 +35,6 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero_and_an_emergency_stop_to_the
     peer.wait_for(lambda: stands(0) and stands(1))
     pause_all.publish(Bool(data=False))
     pause_first.publish(Bool(data=False))
-    assert not peer.call(SetBool, '/controllers/pause', data=False).success
     for messages in commands:
         peer.wait_for_new(messages, 5)
     assert stands(0)
