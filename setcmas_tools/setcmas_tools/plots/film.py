@@ -7,7 +7,7 @@ import math
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.artist import Artist
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
@@ -41,124 +41,107 @@ from setcmas_tools.plots.trajectories import (
     draw_world,
     fit_plane,
 )
-from setcmas_tools.run.fleet_motion import SAME_TIME_S, FleetGrid, FleetTable, on_grid
+from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable, on_grid
 from setcmas_tools.run.run import Run, symbols_of
 
 _ROBOT_SIZE = 0.022  # share of the visible width
 _LEAST_ROBOT_M = 0.07  # half a TurtleBot3
 _NUMBER_POINTS = (7.0, 7.0)  # from a robot to its number
-_JOINT = 2  # positions by which pieces of a trail overlap
 _RATES_HZ = {'mp4': 25, 'gif': 10}
 _MOST_GIF_FRAMES = 1200
 _MP4 = ['-pix_fmt', 'yuv420p', '-movflags', '+faststart']  # for every player and browser
 
 
-class FilmFrames:
-    """Draws frame after frame.
+class _Picture(Artist):
+    """Pixels that cover a figure, shape (height, width, 4)."""
 
-    Trails stay on the canvas and grow by a piece per frame, and all static parts are drawn once,
-    so that each frame takes equally long, even at the end of a long run.
+    def __init__(self, pixels: NDArray[np.uint8]) -> None:
+        """Lie behind all axes."""
+        super().__init__()
+        self._pixels = pixels[::-1]
+        self.set_zorder(-1)
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the pixels as they are, which `figimage` would resample."""
+        renderer.draw_image(renderer.new_gc(), 0, 0, self._pixels)
+
+
+class FilmFrames:
+    """The frames of a film, in its figure one after another.
+
+    All static parts are drawn once, into a picture behind the moving ones.
     """
 
-    def __init__(
-        self, figure: Figure, grid: FleetGrid, trails: FleetGrid, run: Run, speed: float
-    ) -> None:
+    def __init__(self, figure: Figure, grid: FleetGrid, run: Run, speed: float) -> None:
         """Draw the static parts into an empty figure; call within `plot_style`.
 
-        The film plays `speed` times as fast as real time. `grid` has the poses at the times of the
-        frames, `trails` these and further ones between.
+        The film plays `speed` times as fast as real time; `grid` has the poses.
         """
-        self._grid = grid
-        self._speed = speed
-        self._positions = np.stack([grid.x, grid.y], axis=2)
-        self._trail_t = trails.t
-        self._trail_positions = np.stack([trails.x, trails.y], axis=2)
+        self._grid, self._speed = grid, speed
         self.figure = figure
-        self._canvas: Any = FigureCanvasAgg(figure)  # untyped in matplotlib
         self._axes = figure.add_subplot()
         self._drawn = DrawnPlane(self._axes, run)
         marks = draw_world(self._axes, run) + draw_references(self._axes, run, is_film=True)
-        marks += self._drawn.handles
         fit_plane(self._axes, from_first_command(run.table))
         self._axes.set_title(as_written(run.title))
-        legend(self._axes, [*robot_handles(grid.robots), *marks])
+        legend(self._axes, [*robot_handles(grid.robots), *marks, *self._drawn.handles])
         self._add_moving_artists()
-        self.figure.draw_without_rendering()
-        width = np.ptp(self._axes.get_xlim())
-        size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
-        found = symbols_of(run)
-        self._symbols = [size * found[robot] for robot in grid.robots]
-
-    def __len__(self) -> int:
-        return len(self._grid.t)
-
-    def __iter__(self) -> Iterator[NDArray[np.uint8]]:
-        self._canvas.draw()
-        background = self._canvas.copy_from_bbox(self.figure.bbox)
-        for k in range(len(self)):
-            self._canvas.restore_region(background)
-            self._draw_trails(k)
-            background = self._canvas.copy_from_bbox(self.figure.bbox)
-            self._draw_robots(k)
-            yield np.asarray(self._canvas.buffer_rgba())
+        size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(np.ptp(self._axes.get_xlim())))
+        outlines = symbols_of(run)
+        self._outlines = [size * outlines[robot] for robot in grid.robots]
 
     def _add_moving_artists(self) -> None:
-        nb_robots = len(self._grid.robots)
-        looks = [line_look(robot, nb_robots) for robot in self._grid.robots]
-        colours, widths = ([look[name] for look in looks] for name in ('color', 'linewidth'))
-        edges = [look['linewidth'] + 1.2 if 'path_effects' in look else 0.0 for look in looks]
-        self._edges = LineCollection([], colors='0.25', linewidths=edges, capstyle='butt')
-        self._trails = LineCollection([], colors=colours, linewidths=widths, capstyle='round')
-        edge: dict[str, Any] = {'edgecolors': '0.15', 'linewidths': 0.7}
-        self._robots = PolyCollection([], facecolors=colours, **edge)
+        robots = self._grid.robots
+        looks = [line_look(robot, len(robots)) for robot in robots]
+        self._trails = [self._axes.plot([], [], **look)[0] for look in looks]
+        self._robots = PolyCollection(
+            [], facecolors=[look['color'] for look in looks], edgecolors='0.15', linewidths=0.7,
+            zorder=4,
+        )  # fmt: skip
+        self._axes.add_collection(self._robots, autolim=False)
         self._clock = self._axes.text(
             1.02, 0.0, self._caption(self._grid.t[-1]),  # the longest text, for the layout
             transform=self._axes.transAxes, va='bottom', linespacing=1.5,
             fontsize=rcParams['legend.fontsize'],
         )  # fmt: skip
-        for lines in (self._edges, self._trails, self._robots):
-            self._axes.add_collection(lines, autolim=False)
         halo = [withStroke(linewidth=2.5, foreground='white')]
         self._numbers = [
             self._axes.annotate(
-                str(robot), (0.0, 0.0), _NUMBER_POINTS, textcoords='offset points',
+                str(robot), (0.0, 0.0), _NUMBER_POINTS, textcoords='offset points', zorder=5,
                 fontsize=rcParams['legend.fontsize'], path_effects=halo, in_layout=False,
             )
-            for robot in (self._grid.robots if nb_robots <= MOST_NUMBERS else [])
+            for robot in (robots if len(robots) <= MOST_NUMBERS else [])
         ]  # fmt: skip
-        self._above: list[Artist] = [self._robots, *self._numbers, self._clock]
-        drawn = self._drawn.trails, self._drawn.markers
-        for artist in (*drawn, self._edges, self._trails, *self._above):
-            artist.set_animated(True)
+        self.figure.draw_without_rendering()
+        self.figure.set_layout_engine('none')
+        moving = [*self._trails, self._robots, self._clock, *self._numbers]
+        moving += [self._drawn.trails, self._drawn.markers]
+        for artist in moving:
+            artist.set_visible(False)
+        canvas: Any = FigureCanvasAgg(self.figure)  # untyped in matplotlib
+        canvas.draw()
+        self.figure.add_artist(_Picture(np.array(canvas.buffer_rgba())))
+        for artist in self._axes.get_children():
+            artist.set_visible(artist in moving)
 
-    def _draw_trails(self, k: int) -> None:
-        self._drawn.show(self._grid.t[k], since=self._grid.t[k - 1] if k else -np.inf)
-        self._axes.draw_artist(self._drawn.trails)
-        if k == 0:
-            return
-        between = self._grid.t[k - 1] - SAME_TIME_S, self._grid.t[k] + SAME_TIME_S
-        begin, end = np.searchsorted(self._trail_t, between)
-        self._edges.set_segments(list(self._trail_positions[:, begin:end]))
-        self._trails.set_segments(list(self._trail_positions[:, max(0, begin - _JOINT) : end]))
-        self._axes.draw_artist(self._edges)
-        self._axes.draw_artist(self._trails)
-
-    def _draw_robots(self, k: int) -> None:
-        now, theta = self._grid.t[k], self._grid.theta[:, k]
-        self._axes.draw_artist(self._drawn.markers)
+    def show(self, k: int) -> None:
+        """Show sample k of the poses."""
+        grid, now, theta = self._grid, self._grid.t[k], self._grid.theta[:, k]
+        self._drawn.show(now)
+        for trail, x, y in zip(self._trails, grid.x, grid.y, strict=True):
+            trail.set_data(x[: k + 1], y[: k + 1])
         turns = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
+        places = np.column_stack([grid.x[:, k], grid.y[:, k]])
         self._robots.set_verts([
-            place + symbol @ turn
-            for place, symbol, turn in zip(
-                self._positions[:, k], self._symbols, np.moveaxis(turns, 2, 0), strict=True
+            place + outline @ turn
+            for place, outline, turn in zip(
+                places, self._outlines, np.moveaxis(turns, 2, 0), strict=True
             )
         ])  # fmt: skip
-        for number, place in zip(self._numbers, self._positions[:, k], strict=False):
+        for number, place in zip(self._numbers, places, strict=False):
             number.xy = tuple(place)
             number.set_visible(bool(np.isfinite(place).all()))
         self._clock.set_text(self._caption(now))
-        for artist in self._above:
-            self._axes.draw_artist(artist)
 
     def _caption(self, now: float) -> str:
         lines = [f't = {now:.1f} s']
@@ -235,21 +218,21 @@ def animate(
     """
     kind = _best_kind(kind)
     path = folder / f'{_NAME}.{kind}'
-    rate = _RATES_HZ[kind] / speed
-    table = from_first_command(run.table)
-    grid, trails = on_grid(table, rate), on_grid(table, rate * max(1, math.ceil(speed)))
-    if kind == 'gif' and len(grid.t) > _MOST_GIF_FRAMES:
+    step = max(1, math.ceil(speed))  # trails of fast films have points between frames
+    grid = on_grid(from_first_command(run.table), step * _RATES_HZ[kind] / speed)
+    shown = range(0, len(grid.t), step)
+    if kind == 'gif' and len(shown) > _MOST_GIF_FRAMES:
         raise SetcmasError(
-            f'a video of {len(grid.t) / _RATES_HZ[kind]:.0f} s is too long for a GIF (at most '
+            f'a video of {len(shown) / _RATES_HZ[kind]:.0f} s is too long for a GIF (at most '
             f'{_MOST_GIF_FRAMES / _RATES_HZ[kind]:g} s): use --speed '
-            f'{math.ceil(100 * speed * len(grid.t) / _MOST_GIF_FRAMES) / 100:g} or more, '
+            f'{math.ceil(100 * speed * len(shown) / _MOST_GIF_FRAMES) / 100:g} or more, '
             'or write mp4'
         )
     with plot_style(), file_errors(f"'{path}' cannot be written"):
         path.parent.mkdir(parents=True, exist_ok=True)
         width, height = (2 * (side // 2) / dpi for side in size)
         figure = Figure((width, height), dpi)
-        _write(kind, path, FilmFrames(figure, grid, trails, run, speed), progress)
+        _write(kind, path, FilmFrames(figure, grid, run, speed), shown, progress)
     return path
 
 
@@ -280,17 +263,9 @@ def _best_kind(wanted: str | None) -> str:
     return wanted
 
 
-class _Picture(Artist):
-    """Pixels that cover a figure, shape (height, width, 4)."""
-
-    pixels: NDArray[np.uint8]
-
-    def draw(self, renderer: RendererBase) -> None:
-        """Draw the pixels as they are."""
-        renderer.draw_image(renderer.new_gc(), 0, 0, self.pixels[::-1])
-
-
-def _write(kind: str, path: Path, frames: FilmFrames, progress: bool) -> None:
+def _write(
+    kind: str, path: Path, frames: FilmFrames, shown: Sequence[int], progress: bool
+) -> None:
     """Write a film whole, or not at all.
 
     Raises:
@@ -303,15 +278,10 @@ def _write(kind: str, path: Path, frames: FilmFrames, progress: bool) -> None:
     if kind == 'mp4':
         writer = FFMpegWriter(_RATES_HZ[kind], 'h264', extra_args=_MP4)
     part = path.with_name(f'{path.stem}.part.{kind}')
-    # The writers draw a figure whole: of these, each has a picture that is drawn in parts.
-    screen = Figure(dpi=frames.figure.dpi)
-    screen.set_size_inches(*frames.figure.get_size_inches().tolist())
-    screen.set_layout_engine('none')
-    screen.add_artist(shown := _Picture())
     try:
-        with writer.saving(screen, str(part), screen.dpi):
-            for picture in tqdm(frames, 'video', unit='frame', leave=False, disable=hidden):
-                shown.pixels = picture
+        with writer.saving(frames.figure, str(part), frames.figure.dpi):
+            for k in tqdm(shown, 'video', unit='frame', leave=False, disable=hidden):
+                frames.show(k)
                 writer.grab_frame()
         part.replace(path)
     except subprocess.CalledProcessError as error:

@@ -122,10 +122,10 @@ class DrawnPlane:
             look['color'] = _shown(*self._drawn.shown[-1].sphere.colour, 1.0)
             self.handles = [Line2D([], [], label='drawn by the script', **look)]
 
-    def show(self, t: float, since: float = -np.inf) -> None:
-        """Show the markers at a time in s, and the trails that have grown since another time."""
+    def show(self, t: float) -> None:
+        """Show the markers and trails at a time in s."""
         _fill(self.markers, self._drawn.markers(t))
-        _fill(self.trails, self._drawn.trails(t, since))
+        _fill(self.trails, self._drawn.trails(t))
 
 
 def _fill(artist: PolyCollection, drawings: Sequence[Drawing]) -> None:

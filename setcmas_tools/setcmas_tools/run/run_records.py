@@ -179,10 +179,9 @@ class DrawnOverTime:
         last = ((own, bisect_right(own, t, key=itemgetter(0))) for own in self._markers.values())
         return [own[count - 1] for own, count in last if count]
 
-    def trails(self, t: float, since: float = -math.inf) -> list[Drawing]:
-        """Return the spheres added to trails after a time in s and up to another."""
-        first, last = (bisect_right(self._trails, at, key=itemgetter(0)) for at in (since, t))
-        return self._trails[first:last]
+    def trails(self, t: float) -> list[Drawing]:
+        """Return the spheres added to trails up to a time in s."""
+        return self._trails[: bisect_right(self._trails, t, key=itemgetter(0))]
 
 
 def _is_usable(sphere: Sphere) -> bool:

@@ -71,14 +71,14 @@ def test_mistakes_get_one_line(run, no_ffmpeg):
 @pytest.mark.parametrize('kind', ['gif', 'mp4'])
 def test_an_unfinished_film_is_removed(run, kind, monkeypatch):
     folder = run(1)
-    shown = film.FilmFrames._draw_robots
+    shown = film.FilmFrames.show
 
     def interrupted(frames, k):
         if k == 3:
             raise KeyboardInterrupt
         shown(frames, k)
 
-    monkeypatch.setattr(film.FilmFrames, '_draw_robots', interrupted)
+    monkeypatch.setattr(film.FilmFrames, 'show', interrupted)
     with pytest.raises(KeyboardInterrupt):
         animate(folder, kind=kind)
 
