@@ -304,7 +304,7 @@ def _help(one: Option, default: Any) -> str:
 def _parser_of(kind: Kind, typed: str) -> Callable[[str], Any]:
     def parse(text: str) -> Any:
         try:
-            value = kind.parse(text)
+            value = kind.value(text)
             kind.check(typed, value)
         except SetcmasError as error:
             raise argparse.ArgumentError(None, str(error)) from error

@@ -32,31 +32,26 @@ class Kind:
     metavar: str | None = field(default=None, kw_only=True)
     choices: tuple[str, ...] = field(default=(), kw_only=True)
 
-    MUST_BE: ClassVar[str] = 'a text'
     gather: ClassVar[type] = tuple
     """Makes the value of an option with several values."""
 
     @property
     def must_be(self) -> str:
         """Words that follow "must be" in messages."""
-        return self.MUST_BE
+        return 'a text'
 
     def expected(self, value: Any) -> str:
         """Return the words that follow "must be" for a refused value."""
         del value  # other kinds look at it
         return self.must_be
 
-    def parse(self, text: str) -> Any:
-        """Return the value of a text; a malformed text unchanged."""
-        return text
-
     def accepts(self, value: Any) -> bool:
         """Return whether a value is of this kind."""
         return isinstance(value, str)
 
     def value(self, given: Any) -> Any:
-        """Convert a value from Python or YAML; texts as on a command line."""
-        return self.parse(given) if isinstance(given, str) else given
+        """Convert a text of a command line, or a value from Python or YAML; wrong ones stay."""
+        return given
 
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
         """Replace the files that a YAML value names by their paths."""
@@ -110,16 +105,12 @@ class Number(Kind):
         of = 'of ' * self.must_be.startswith('at least')
         return self.must_be if is_number(value) else f'a number {of}{self.must_be}'
 
-    def parse(self, text: str) -> float | str:
-        """Return the number in a text."""
-        try:
-            return float(text)
-        except ValueError:
-            return text
-
     def value(self, given: Any) -> Any:
-        """Return a number as a float."""
-        return float(given) if is_number(given) else given
+        """Return a number, or the one in a text, as a float."""
+        try:
+            return float(given) if isinstance(given, str) or is_number(given) else given
+        except ValueError:
+            return given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a number within the bounds."""
@@ -151,13 +142,10 @@ class Whole(Kind):
         upper = '' if self.most is None else f' to {self.most}'
         return f'a whole number from {self.least}{upper}'
 
-    def parse(self, text: str) -> int | str:
-        """Return the number in a text."""
-        return int(text) if text.removeprefix('-').isdecimal() else text
-
     def value(self, given: Any) -> Any:
-        """Return a number as an int, also 2.0 in a range of a study."""
-        return int(given) if is_number(given) and given % 1 == 0 else given
+        """Return a number as an int, also 2.0 in a range of a study, or the one in a text."""
+        is_text = isinstance(given, str) and given.removeprefix('-').isdecimal()
+        return int(given) if is_text or (is_number(given) and given % 1 == 0) else given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a whole number within the bounds."""
@@ -215,11 +203,11 @@ class PathTo(Kind):
 
     metavar: str | None = field(default='FILE', kw_only=True)
 
-    MUST_BE = 'a path'
+    must_be = 'a path'
 
-    def parse(self, text: str) -> Any:
+    def value(self, given: Any) -> Any:
         """Return the path in a text; an empty text has none."""
-        return Path(text) if text else text
+        return Path(given) if isinstance(given, str) and given else given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a path."""
@@ -258,18 +246,15 @@ class Robots(Kind):
 
     metavar: str | None = field(default='LIST', kw_only=True)
 
-    MUST_BE = "numbers from 1 and ranges, such as '1-4' or '2,5-7'"
+    must_be = "numbers from 1 and ranges, such as '1-4' or '2,5-7'"
 
     def value(self, given: Any) -> Any:
-        """Return numbers of a list as a tuple."""
-        return tuple(given) if isinstance(given, list) else super().value(given)
-
-    def parse(self, text: str) -> tuple[int, ...] | str:
-        """Return the numbers in a text."""
+        """Return the numbers in a text or a list as a tuple."""
         try:
-            return tuple(parse_robots(text))
+            given = parse_robots(given) if isinstance(given, str) else given
         except SetcmasError:
-            return text
+            return given
+        return tuple(given) if isinstance(given, list) else given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a tuple of numbers."""

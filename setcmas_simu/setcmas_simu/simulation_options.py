@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu import option_kinds as kinds
@@ -28,7 +27,7 @@ from setcmas_simu.robots.models_by_name import (
     model_names,
 )
 from setcmas_simu.robots.unicycle import RATE_HZ
-from setcmas_simu.yaml_entries import Entry, entries_of
+from setcmas_simu.yaml_entries import Entry
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class SimulatedRobots:
 class _StartPoses(kinds.PathTo):
     """A file of start poses; in YAML and Python also the poses themselves."""
 
-    MUST_BE = 'a file, a list of poses [x, y, theta], or a mapping from robots to poses'
+    must_be = 'a file, a list of poses [x, y, theta], or a mapping from robots to poses'
 
     def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
         """Return the path of a file, the poses of a list, or poses by robot."""
@@ -52,12 +51,6 @@ class _StartPoses(kinds.PathTo):
             return super().read(entry, place)
         poses = poses_of_entry(entry)
         return tuple(poses.values()) if isinstance(entry.value, list) else poses
-
-    def parse(self, text: str) -> Any:
-        """Return the path that a text is, or the poses by robot of a list or mapping in YAML."""
-        if text.startswith(('[', '{')):
-            return poses_of_entry(entries_of(text, Path('poses')))
-        return super().parse(text)
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a path, a tuple of poses, or poses by robot."""

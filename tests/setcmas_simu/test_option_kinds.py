@@ -30,7 +30,7 @@ PROBABILITY = Number(least=0, most=1)
     ],
 )
 def test_a_value_comes_from_a_text_and_from_a_document(kind, text, value):
-    assert kind.parse(text) == value
+    assert kind.value(text) == value
     kind.check('it', value)
     assert (
         kind.value(entries_of(yaml_line({'it': plain(value)}), Path('f')).value['it'].plain())

@@ -71,7 +71,7 @@ class GainOptions(Options):
 class _LawName(kinds.NameOrFile):
     """Names and files of control laws; in Python also functions, and a law for each robot."""
 
-    MUST_BE = 'a control law by name, a script, or in Python a function'
+    must_be = 'a control law by name, a script, or in Python a function'
 
     def accepts(self, value: Any) -> bool:
         return isinstance(value, (str, Mapping)) or callable(value)
@@ -81,13 +81,12 @@ class _LawName(kinds.NameOrFile):
 class _Settings(kinds.Kind):
     """Values for names of a script: typed as 'kp=1.2', a mapping in YAML and Python."""
 
-    MUST_BE = 'a mapping from names of the script to values, such as {K: 1.2}'
+    must_be = 'a mapping from names of the script to values, such as {K: 1.2}'
     gather = dict
 
-    def parse(self, text: str) -> tuple[str, Any]:
-        return parse_setting(text)
-
     def value(self, given: Any) -> Any:
+        if isinstance(given, str):
+            return parse_setting(given)
         return dict(given) if isinstance(given, Mapping) else given
 
     def accepts(self, value: Any) -> bool:
@@ -218,7 +217,7 @@ class FleetOptions(Options):
 class _Limits(kinds.Kind):
     """Limits of a robot as numbers."""
 
-    MUST_BE = 'four numbers: forward, turn and wheel speed, and distance of the wheels'
+    must_be = 'four numbers: forward, turn and wheel speed, and distance of the wheels'
 
     def value(self, given: Any) -> Any:
         try:
@@ -227,9 +226,6 @@ class _Limits(kinds.Kind):
             )
         except (TypeError, ValueError):
             return given
-
-    def parse(self, text: str) -> Any:
-        return self.value(text)
 
     def accepts(self, value: Any) -> bool:
         return isinstance(value, VelocityLimits)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import combinations
 from numbers import Real
@@ -45,20 +46,15 @@ class Borders(Kind):
 
     metavar: str | None = field(default='XMIN,XMAX,YMIN,YMAX', kw_only=True)
 
-    MUST_BE = 'XMIN,XMAX,YMIN,YMAX in m, minimum first, such as --arena=-2,2,-1.5,1.5'
-
-    def parse(self, text: str) -> Arena | str:
-        """Return the arena in a text; malformed text as it is."""
-        try:
-            arena = Arena(*map(float, text.split(',')))
-        except (TypeError, ValueError):
-            return text
-        return arena if self.accepts(arena) else text
+    must_be = 'XMIN,XMAX,YMIN,YMAX in m, minimum first, such as --arena=-2,2,-1.5,1.5'
 
     def value(self, given: Any) -> Any:
-        """Return four borders as an arena."""
-        given = super().value(given)
-        return Arena(*map(float, given)) if self.accepts(given) else given
+        """Return four borders, or those in a text, as an arena."""
+        ends = given
+        if isinstance(given, str):
+            with suppress(ValueError):
+                ends = [float(end) for end in given.split(',')]
+        return Arena(*map(float, ends)) if self.accepts(ends) else given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value has the four borders of a box of positive size."""

@@ -186,7 +186,7 @@ def _scenario(asked: Answer) -> Scenario:
 def _value(name: str, value: Any) -> Any:
     """Return the value of an option; texts are read as on the command line."""
     is_typed = isinstance(value, str) and name in options()
-    return options()[name].kind.parse(value) if is_typed else value
+    return options()[name].kind.value(value) if is_typed else value
 
 
 def _written(asked: Answer) -> Path:

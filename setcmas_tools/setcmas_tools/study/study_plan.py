@@ -20,7 +20,6 @@ from setcmas_ctrl.laws.script_search import LawScripts
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.option_groups import plain
-from setcmas_simu.option_kinds import Number, Whole
 from setcmas_tools.measures.metric import METRICS, Metric
 from setcmas_tools.offline.offline_simulation import Simulation
 from setcmas_tools.run.scenario import Scenario, name_of, options
@@ -175,9 +174,7 @@ def value_of(name: str, value: Any) -> Any:
         return value
     if OPTIONS[name].is_switch:
         return yaml.safe_load(value) if isinstance(value, str) else value
-    kind = OPTIONS[name].kind
-    is_number = isinstance(kind, (Number, Whole)) and isinstance(value, str)
-    value = kind.parse(value) if is_number else OPTIONS[name].value(value)
+    value = OPTIONS[name].value(value)
     return str(value) if isinstance(value, Path) else value
 
 
