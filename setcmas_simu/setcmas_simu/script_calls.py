@@ -60,8 +60,8 @@ class ScriptFailure:
     robot: int
     function: Function
     script: str
-    line: int | None
-    text: str
+    line: int | None = None
+    text: str = ''
     until: float | None = None
 
     @property

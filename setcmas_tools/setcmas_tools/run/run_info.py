@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
-import enum
 import functools
 import platform
 import subprocess
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -22,24 +20,6 @@ from setcmas_simu.script_calls import ScriptFailure
 from setcmas_simu.yaml_entries import read_entries, write_yaml
 
 FORMAT = 1
-
-
-def builtins_of(value: Any) -> Any:
-    """Return a record as values of YAML, without those of dataclasses that are None by default."""
-    if dataclasses.is_dataclass(value):
-        pairs = ((one, getattr(value, one.name)) for one in dataclasses.fields(value))
-        return {
-            field.name: builtins_of(one)
-            for field, one in pairs
-            if one is not None or field.default is dataclasses.MISSING
-        }
-    if isinstance(value, enum.Enum):
-        return value.value
-    if isinstance(value, Mapping):
-        return {key: builtins_of(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [builtins_of(one) for one in value]
-    return plain(value)
 
 
 _PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib', 'daqp')
@@ -198,9 +178,16 @@ class RunInfo:
 
 def write_info(info: RunInfo, folder: Path) -> None:
     """Write run.yaml, whole or not at all, or raise OSError."""
-    content = builtins_of(replace(info, origin=info.origin or this_origin()))
+    known = replace(info, origin=info.origin or this_origin())
+    content = plain(asdict(known, dict_factory=_without_none))
     content['outcome'] = {name: value for name, value in content['outcome'].items() if value}
     write_yaml({'format': FORMAT, **content}, folder / INFO_FILE)
+
+
+def _without_none(fields: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the fields of a record that are known, as values of YAML."""
+    values = {name: one.value if isinstance(one, Enum) else one for name, one in fields}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def read_info(folder: Path) -> RunInfo | None:
@@ -211,20 +198,20 @@ def read_info(folder: Path) -> RunInfo | None:
     """
     import msgspec  # late: the page in a browser reads no run.yaml
 
-    from setcmas_tools.run.scenario import Scenario  # late: not needed for tables
+    from setcmas_tools.run.scenario import OF_RUN, Scenario  # late: not needed for tables
 
     path = folder / INFO_FILE
     if not path.exists():
         return None
-    content = read_entries(path).plain()
-    values = dict(content) if isinstance(content, dict) else {}
+    content = read_entries(path)
+    values = content.plain() if isinstance(content.value, dict) else {}
     found = str(values.pop('format', 'none'))[:40]
     if found != str(FORMAT):
         raise SetcmasError(f"'{path}' has format {found}; this setcmas reads format {FORMAT} only")
     try:
         info = msgspec.convert(values, RunInfo)
-        if info.scenario:
-            Scenario.recorded(info.scenario)
-    except (msgspec.ValidationError, SetcmasError) as error:
+    except msgspec.ValidationError as error:
         raise SetcmasError(f"'{path}' is damaged: {error}") from error
+    if info.scenario:
+        Scenario.read(content.value[OF_RUN], has_files=False)
     return info

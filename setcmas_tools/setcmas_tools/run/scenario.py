@@ -108,8 +108,12 @@ class Scenario:
         return cls.read(content)
 
     @classmethod
-    def read(cls, content: Entry, base: Scenario | None = None) -> Scenario:
+    def read(
+        cls, content: Entry, base: Scenario | None = None, has_files: bool = True
+    ) -> Scenario:
         """Return the scenario of a YAML entry, as changes to `base` or to the defaults.
+
+        Files that it names are looked for, and read, if it `has_files`.
 
         Raises:
             SetcmasError: It has a mistake; the message names file and line.
@@ -121,19 +125,19 @@ class Scenario:
         exercise = 'exercise' in entries and entries['exercise'].flag()
         folder = ScenarioFolder(content.file.parent, exercise)
         given = {
-            name: _option(name).read(entry, partial(folder.place, name))
+            name: _option(name).read(entry, partial(folder.place, name) if has_files else str)
             for name, entry in entries.items()
             if name != 'version' and entry.value is not None
         }
-        if base is None and 'algo' not in given:
+        if base is None and 'algo' not in given and has_files:
             raise content.error('there is no control law; add algo, such as algo: consensus')
         try:
-            scenario = (base or cls(law=LawOptions(algo=given['algo'])))._with(given)
+            scenario = (base or cls(law=LawOptions(algo=given.get('algo', ''))))._with(given)
         except ClashError as error:
             named = next((entries[name] for name in error.names if name in entries), content)
             raise named.error(str(error)) from None
         for name, check in scenario._checks().items():
-            if name in given:
+            if name in given and has_files:
                 with entries[name].located():
                     check()
         return scenario
@@ -192,22 +196,6 @@ class Scenario:
     def nb_robots(self) -> int:
         """Number of robots in a simulation."""
         return self.robots.fleet_size
-
-    @classmethod
-    def recorded(cls, values: Mapping[str, Any]) -> Scenario:
-        """Return the scenario of a `record`, or raise SetcmasError; its files may be missing."""
-        _check_version(values.get('version', VERSION))
-        given = {k: v for k, v in values.items() if k in options() and v is not None}
-        poses = given.pop('poses', None)
-        if isinstance(poses, str):
-            poses = Path(poses)
-        elif isinstance(poses, list):
-            try:
-                poses = tuple((x, y, theta) for x, y, theta in poses)
-            except (TypeError, ValueError) as error:
-                raise SetcmasError(f'poses must be rows x, y, theta: {error}') from None
-        scenario = cls.of(given.pop('algo', ''), **given)
-        return scenario._with({'poses': poses}) if poses else scenario
 
     def values(self) -> dict[str, Any]:
         """Return all values by name."""

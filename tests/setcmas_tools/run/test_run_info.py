@@ -46,7 +46,7 @@ def test_the_origin_names_packages_and_plugins(monkeypatch):
     [
         (('format: 1', 'format: 2'), r"run\.yaml' has format 2; this setcmas reads format 1 only"),
         (('format: 1\n', ''), 'has format none'),
-        (('seed: 7', 'seed: seven'), "is damaged: seed is 'seven'; it must be a whole number"),
+        (('seed: 7', 'seed: seven'), r"line 12: scenario\.seed is 'seven'; it"),
         (
             ('state: failed', 'state: lost'),
             r"run\.yaml' is damaged: Invalid enum value 'lost' - at `\$\.outcome\.state`",
