@@ -75,7 +75,7 @@ class CmdVelBridge(RobotNode):
         self.wheels = self.newest(Odometry, robot.topic(topics.ODOM), qos.SENSOR)
         self.battery = self.newest(BatteryState, robot.topic(topics.BATTERY), qos.SENSOR)
         self.guard = GuardWatch(self, robot.namespace)
-        self.cmd_vel = robot_commands(self, robot, lab)
+        self.cmd_vel = robot_commands(self, robot)
         self.wheel_watch = WheelWatch(self, robot, lab, self.guard)
         self.state = self.create_publisher(DiagnosticStatus, topics.BRIDGE_STATE, qos.STATE)
 
@@ -314,13 +314,7 @@ def _height(state: DiagnosticStatus) -> float:
         return math.nan
 
 
-def robot_commands(node: FleetNode, robot: LabRobot, lab: Lab) -> CmdVelPublisher:
+def robot_commands(node: FleetNode, robot: LabRobot) -> CmdVelPublisher:
     """Return a publisher of commands to a real robot."""
-    return CmdVelPublisher(
-        node,
-        robot.number,
-        robot.topic(topics.CMD_VEL),
-        robot.topic(topics.ODOM),
-        lab.cmd_vel_type,
-        qos.ROBOT_COMMAND,
-    )
+    cmd_vel, odom = robot.topic(topics.CMD_VEL), robot.topic(topics.ODOM)
+    return CmdVelPublisher(node, robot.number, cmd_vel, odom, profile=qos.ROBOT_COMMAND)

@@ -58,6 +58,7 @@ def _calibrate_lens(path: Path, name: str, source: str) -> None:
 
     from setcmas_expe.mocap import camera_file
     from setcmas_expe.mocap.camera_calibration import calibrated_lens
+    from setcmas_expe.mocap.picture_sources import pictures
 
     file = camera_file.CameraFile(camera_file.RobotTags(_TAG_SIZE, _TAG_HEIGHT))
     if path.exists():
@@ -65,7 +66,8 @@ def _calibrate_lens(path: Path, name: str, source: str) -> None:
     elif not path.parent.is_dir():
         raise SetcmasError(f"'{path}' cannot be written: there is no folder '{path.parent}'")
     print('hold the board still, flat, in many places of the picture; Ctrl-C ends', flush=True)
-    lens = calibrated_lens(source, lambda line: print(line, flush=True))
+    shots = pictures(source, None)
+    lens = calibrated_lens(shots, lambda line: print(line, flush=True))
     others = tuple(camera for camera in file.cameras if camera.name != name)
     camera = camera_file.Camera(name, source, lens)
     camera_file.write_cameras(replace(file, cameras=(*others, camera)), path)

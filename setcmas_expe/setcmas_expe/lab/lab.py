@@ -113,7 +113,6 @@ class Lab:
         checks_motion: Whether robots must be seen to move as commanded.
         lidar_stop: Whether every guard must watch the lidar of its robot.
         guarded: Whether every robot must have a cmd_vel_guard.
-        cmd_vel_type: 'twist_stamped', 'twist', or 'auto': as each robot subscribes.
         joystick_button: Index of the button that starts, from 0.
         joystick_topic: Topic of the joystick.
         static_peers: Addresses of the other machines, for networks without multicast.
@@ -131,7 +130,6 @@ class Lab:
     checks_motion: bool
     lidar_stop: bool
     guarded: bool
-    cmd_vel_type: str
     joystick_button: int
     joystick_topic: str
     static_peers: tuple[str, ...]

@@ -21,7 +21,7 @@ from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sources import Sample
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import Pose
-from setcmas_simu.fleet.topics import AUTO, CMD_VEL, CMD_VEL_TYPES, robot_name
+from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_TYPES, robot_name
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.cmd_vel_topics import Endpoint
 from setcmas_simu.ros.fleet_node import FleetNode
@@ -98,7 +98,7 @@ class RobotCheck:
         name = robot_name(self.robot.number)
         remarks = itertools.chain(
             self._of_mocap(lab, bodies),
-            self._of_commands(lab),
+            self._of_commands(),
             self._of_guard(lab),
             self._of_power(),
         )
@@ -130,7 +130,7 @@ class RobotCheck:
             advice = f'let motion capture send at {_SLOWEST_HZ:g} Hz or more; 50 Hz is better'
             yield NOTE, 'mocap', f'only {self.rate:.1f} Hz', advice
 
-    def _of_commands(self, lab: Lab) -> Iterator[_Remark]:
+    def _of_commands(self) -> Iterator[_Remark]:
         if not self.kinds:
             advice = (
                 'start the robot (ros2 launch turtlebot3_bringup robot.launch.py namespace:=... '
@@ -139,11 +139,8 @@ class RobotCheck:
             )
             yield PROBLEM, 'cmd_vel', f'nothing listens to {self.robot.topic(CMD_VEL)}', advice
             return
-        accepted = CMD_VEL_TYPES if lab.cmd_vel_type == AUTO else (lab.cmd_vel_type,)
-        if others := [kind for kind in self.kinds if kind not in accepted]:
-            advice = (
-                f'cmd_vel_type is {lab.cmd_vel_type} in the lab file; robots take Twist(Stamped)'
-            )
+        if others := [kind for kind in self.kinds if kind not in CMD_VEL_TYPES]:
+            advice = 'robots take Twist or TwistStamped: end the node that listens'
             yield PROBLEM, 'cmd_vel', f'it takes {others[0]}', advice
         if self.rival:
             advice = (

@@ -15,7 +15,7 @@ from setcmas_ctrl.filter.filter_options import FILTERS
 from setcmas_expe.lab.lab import Lab, LabRobot, Mocap, Timeouts
 from setcmas_expe.mocap import sources
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
+from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.option_groups import Options, flag, option
 from setcmas_simu.option_kinds import (
     ACCELERATION,
@@ -43,7 +43,7 @@ _GROUPS = {
     'joystick': ('button', 'topic'),
     'network': ('static_peers',),
 }
-_VALUES = ('robots', 'min_separation', 'obstacles', 'filter', 'limits', 'accel', 'cmd_vel_type')
+_VALUES = ('robots', 'min_separation', 'obstacles', 'filter', 'limits', 'accel')
 _KEYS = (*_GROUPS, *_VALUES)
 _ROBOT = ('number', 'mocap_name', 'namespace')
 _START = 'start'
@@ -87,7 +87,6 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         checks_motion=groups['safety']['motion_check'].flag(),
         lidar_stop=groups['safety']['lidar_stop'].flag(),
         guarded=True,
-        cmd_vel_type=OneOf((AUTO, *CMD_VEL_TYPES)).of(chosen['cmd_vel_type']),
         joystick_button=Whole().of(groups['joystick']['button']),
         joystick_topic=_checked(
             groups['joystick']['topic'], _TOPIC.fullmatch, 'a topic, such as /joy'

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from itertools import islice
 
 import numpy as np
 from msgspec.structs import replace
 
 from setcmas_expe.mocap.camera_file import Camera, CameraFile, CameraPose, Lens, Place
-from setcmas_expe.mocap.camera_poses import Picture, TagDetector, floor_shifts
-from setcmas_expe.mocap.picture_sources import pictures
+from setcmas_expe.mocap.camera_poses import Shot, TagDetector, floor_shifts
+from setcmas_expe.mocap.picture_sources import Size, pictures
 from setcmas_expe.mocap.tag_sheets import board
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
@@ -32,76 +32,54 @@ _MOST_MISFIT_M = 0.02
 _NB_PICTURES = 30
 
 
-class LensViews:
-    """Collects views of the ChArUco board, and calibrates the lens with them.
+def calibrated_lens(shots: Iterable[Shot], show: Callable[[str], None]) -> Lens:
+    """Return a lens from views of the ChArUco board; show what to do next after each new view.
 
     The lens is that of Z. Zhang, A flexible new technique for camera calibration, IEEE Trans.
     Pattern Anal. Mach. Intell. 22(11), 2000, with the distortion of OpenCV.
+
+    Raises:
+        SetcmasError: The pictures ended before all views were seen, or the lens does not fit them.
     """
-
-    def __init__(self) -> None:
-        self._board = board()
-        self._detector = cv2.aruco.CharucoDetector(self._board)
-        self._size = (0, 0)
-        self._pixels: list[Floats] = []
-        self._points: list[Floats] = []
-
-    def add(self, picture: Picture) -> bool:
-        """Add a picture; return whether it shows the board in a place where it was not yet."""
+    charuco, size = board(), (0, 0)
+    detector = cv2.aruco.CharucoDetector(charuco)
+    points: list[Floats] = []
+    pixels: list[Floats] = []
+    wanted = _missing(points, pixels, size)
+    for _, picture in shots:
         size = picture.shape[1], picture.shape[0]
-        if self._pixels and self._size != size:
-            raise SetcmasError(f'pictures have different sizes: {self._size} and {size} px')
-        self._size = size
-        corners, numbers, _, _ = self._detector.detectBoard(picture)
+        corners, numbers, _, _ = detector.detectBoard(picture)
         if numbers is None or len(numbers) < _FEWEST_CORNERS:
-            return False
-        points, pixels = self._board.matchImagePoints(corners, numbers)  # type: ignore[call-overload]
-        middles = [pixels.mean(axis=0) - old.mean(axis=0) for old in self._pixels]
+            continue
+        places, seen = charuco.matchImagePoints(corners, numbers)  # type: ignore[call-overload]
+        middles = [seen.mean(axis=0) - old.mean(axis=0) for old in pixels]
         if any(np.linalg.norm(moved) < _MOVED_PX for moved in middles):
-            return False
-        self._points.append(points)
-        self._pixels.append(pixels)
-        return True
+            continue
+        points.append(places)
+        pixels.append(seen)
+        wanted = _missing(points, pixels, size)
+        show(f'view {len(pixels)}; next: {"; ".join(wanted) or "done"}')
+        if not wanted:
+            return _fitted_lens(points, pixels, size)
+    raise SetcmasError(f'the board was seen in {len(pixels)} places: {"; ".join(wanted)}')
 
-    def missing(self) -> list[str]:
-        """Return what further views must show, in words; empty if the lens can be calibrated."""
-        wanted = []
-        if self._pixels:
-            x, y = (np.concatenate(self._pixels).reshape(-1, 2) / self._size).T
-            parts = {'left': x < _SIDE, 'right': 1 - x < _SIDE}
-            parts |= {'top': y < _SIDE, 'bottom': 1 - y < _SIDE}
-            for name, inside in parts.items():
-                if inside.sum() < 2 * _FEWEST_CORNERS:
-                    wanted.append(f'hold the board at the {name} of the picture')
-            tilts = np.array(list(map(_tilt, self._points, self._pixels))) > _TILTED
-            ways = zip(('left or right', 'forward or back'), tilts.sum(axis=0), strict=True)
-            wanted += [f'tilt it {way}' for way, count in ways if count < 2]
-        if len(self._pixels) < _NB_VIEWS:
-            wanted.append(f'{_NB_VIEWS - len(self._pixels)} more views')
-        return wanted
 
-    def lens(self) -> Lens:
-        """Return the lens with its reprojection error.
-
-        Raises:
-            SetcmasError: Views are missing, or the error is too large.
-        """
-        if wanted := self.missing():
-            raise SetcmasError(f'the board was seen in {len(self)} places: {"; ".join(wanted)}')
-        error, matrix, distortion, _, _ = cv2.calibrateCamera(
-            self._points, self._pixels, self._size, None, None, flags=cv2.CALIB_FIX_K3
-        )
-        if error > _MOST_LENS_ERROR_PX:
-            raise SetcmasError(
-                f'the lens fits with {error:.1f} px; {_MOST_LENS_ERROR_PX:g} px is the most: '
-                'keep the board flat and still, with more light'
-            )
-        (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
-        factors = tuple(np.ravel(distortion)[:5].tolist())
-        return Lens(self._size, (fx, fy), (cx, cy), factors, float(error))
-
-    def __len__(self) -> int:
-        return len(self._pixels)
+def _missing(points: list[Floats], pixels: list[Floats], size: Size) -> list[str]:
+    """Return what further views must show, in words; empty if the lens can be calibrated."""
+    wanted = []
+    if pixels:
+        x, y = (np.concatenate(pixels).reshape(-1, 2) / size).T
+        parts = {'left': x < _SIDE, 'right': 1 - x < _SIDE}
+        parts |= {'top': y < _SIDE, 'bottom': 1 - y < _SIDE}
+        for name, inside in parts.items():
+            if inside.sum() < 2 * _FEWEST_CORNERS:
+                wanted.append(f'hold the board at the {name} of the picture')
+        tilts = np.array(list(map(_tilt, points, pixels))) > _TILTED
+        ways = zip(('left or right', 'forward or back'), tilts.sum(axis=0), strict=True)
+        wanted += [f'tilt it {way}' for way, count in ways if count < 2]
+    if len(pixels) < _NB_VIEWS:
+        wanted.append(f'{_NB_VIEWS - len(pixels)} more views')
+    return wanted
 
 
 def _tilt(points: Floats, pixels: Floats) -> Floats:
@@ -112,16 +90,19 @@ def _tilt(points: Floats, pixels: Floats) -> Floats:
     return change
 
 
-def calibrated_lens(source: str, show: Callable[[str], None]) -> Lens:
-    """Return the lens of a source of pictures; show what to do next after each view."""
-    views = LensViews()
-    for _, picture in pictures(source, None):
-        if views.add(picture):
-            wanted = views.missing()
-            show(f'view {len(views)}; next: {"; ".join(wanted) or "done"}')
-            if not wanted:
-                break
-    return views.lens()
+def _fitted_lens(points: list[Floats], pixels: list[Floats], size: Size) -> Lens:
+    flags = cv2.CALIB_FIX_K3
+    error, matrix, distortion, _, _ = cv2.calibrateCamera(
+        points, pixels, size, None, None, flags=flags
+    )
+    if error > _MOST_LENS_ERROR_PX:
+        raise SetcmasError(
+            f'the lens fits with {error:.1f} px; {_MOST_LENS_ERROR_PX:g} px is the most: '
+            'keep the board flat and still, with more light'
+        )
+    (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
+    factors = tuple(np.ravel(distortion)[:5].tolist())
+    return Lens(size, (fx, fy), (cx, cy), factors, float(error))
 
 
 def calibrated_floor(file: CameraFile) -> CameraFile:
@@ -163,22 +144,8 @@ def floor_pose(
             f"camera '{camera.name}' sees {len(seen)} of the floor tags "
             f'{", ".join(map(str, sorted(places)))}; it needs four'
         )
-    pose, misfits = _fitted(camera, places, corners, seen)
-    worst = max(seen, key=lambda tag: misfits[tag])
-    if misfits[worst] > _MOST_MISFIT_M:
-        raise SetcmasError(
-            f'the places of floor tags {", ".join(map(str, seen))} do not fit the picture, that '
-            f'of {worst} least, by {1e3 * misfits[worst]:.0f} mm; measure them again'
-        )
-    return pose
-
-
-def _fitted(
-    camera: Camera, places: Mapping[int, Place], corners: Mapping[int, Floats], tags: Sequence[int]
-) -> tuple[CameraPose, dict[int, float]]:
-    """Return a pose, and the distance in m of each tag from its place."""
-    points = np.array([[*places[tag], 0.0] for tag in tags])
-    centres = np.array([corners[tag].mean(axis=0) for tag in tags])
+    points = np.array([[*places[tag], 0.0] for tag in seen])
+    centres = np.array([corners[tag].mean(axis=0) for tag in seen])
     lens = camera.lens.matrix, np.array(camera.lens.distortion)
     _, turn, shift = cv2.solvePnP(points, centres, *lens, flags=cv2.SOLVEPNP_IPPE)
     turn, shift = cv2.solvePnPRefineLM(points, centres, *lens, turn, shift)
@@ -189,8 +156,13 @@ def _fitted(
             'counter-clockwise as seen from above'
         )
     pose = CameraPose(tuple(position.tolist()), tuple(turn.ravel().tolist()), 0.0)
-    own = {tag: corners[tag] for tag in tags}
-    misfits = floor_shifts(replace(camera, pose=pose), places, own)
+    misfits = floor_shifts(replace(camera, pose=pose), places, corners)
+    worst = max(seen, key=lambda tag: misfits[tag])
+    if misfits[worst] > _MOST_MISFIT_M:
+        raise SetcmasError(
+            f'the places of floor tags {", ".join(map(str, seen))} do not fit the picture, that '
+            f'of {worst} least, by {1e3 * misfits[worst]:.0f} mm; measure them again'
+        )
     # Six numbers were fitted to two for each tag.
-    spread = np.linalg.norm(list(misfits.values())) / np.sqrt(max(1, 2 * len(tags) - 6))
-    return replace(pose, error=round(float(spread), 5)), misfits
+    spread = np.linalg.norm(list(misfits.values())) / np.sqrt(max(1, 2 * len(seen) - 6))
+    return replace(pose, error=round(float(spread), 5))

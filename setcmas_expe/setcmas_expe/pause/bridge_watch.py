@@ -38,7 +38,7 @@ class BridgeWatch:
         self._is_new = False
         self._next_follow = 0.0
         self._node = node
-        self._cmd_vels = [robot_commands(node, robot, lab) for robot in lab.robots]
+        self._cmd_vels = [robot_commands(node, robot) for robot in lab.robots]
         for robot in self._received:
             topic = robot_topic(robot, topics.BRIDGE_STATE)
             callback = partial(self._on_state, robot)

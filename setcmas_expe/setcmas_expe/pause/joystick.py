@@ -58,7 +58,7 @@ class Joystick:
 _BY = 'by joystick'
 
 
-class OperatorJoystick:
+class OperatorJoystick(Joystick):
     """Listens to the joystick's messages."""
 
     def __init__(
@@ -82,17 +82,13 @@ class OperatorJoystick:
             starts: Whether `setcmas expe` reads a joystick; else joysticks can only stop robots.
             hold: Whether robots move only while the button is held: then every message counts.
         """
+        super().__init__()
         self._node = node
         self._topic, self._button = lab.joystick_topic, lab.joystick_button
         self._press, self._stop, self._hint = press, stop, hint
         self._starts = starts
         self._hold = hold
-        self._buttons = Joystick()
         node.create_subscription(Joy, self._topic, self._on_joy, qos.SENSOR)
-
-    def disappeared(self) -> bool:
-        """Return, once, whether the joystick has gone silent."""
-        return self._buttons.disappeared(time.monotonic())
 
     @property
     def doubt(self) -> str:
@@ -104,10 +100,10 @@ class OperatorJoystick:
         return f'several nodes publish {self._topic}' if several else ''
 
     def _on_joy(self, message: Joy) -> None:
-        new = self._buttons.pressed(message.buttons, time.monotonic())
+        new = self.pressed(message.buttons, time.monotonic())
         if new - {self._button}:
             self._stop(_BY)
-        elif self._button in (self._buttons.held if self._hold else new):
+        elif self._button in (self.held if self._hold else new):
             self._press(_BY)
         if self._button >= len(message.buttons):
             self._hint(

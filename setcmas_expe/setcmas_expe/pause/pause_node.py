@@ -245,7 +245,7 @@ class Pause(FleetNode):
         # After a delay of this process, messages wait: they are taken before the next tick.
         late = now - self._ticked > _LATE_TICK_S and not self._was_late
         self._ticked, self._was_late = now, late
-        if not late and self._joystick.disappeared() and not self.paused:
+        if not late and self._joystick.disappeared(now) and not self.paused:
             why = 'the joystick has disappeared'
             self.set(True, why, by_itself=True, may_be_load=True)
         if not late and self._hold and not self.paused and self._held.released(now):

@@ -54,7 +54,7 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
             'mocap: {preset: vicon, y_up: true}\n'
             'arena: {x: [-1, 2.5]}\nmin_separation: 0.5\nlimits: waffle\n'
             'timeouts: {command: 0.3}\nsafety: {motion_check: false}\n'
-            'cmd_vel_type: twist\njoystick: {button: 9}\n'
+            'joystick: {button: 9}\n'
             'network: {static_peers: [10.0.0.2, robot3]}\n'
         )
     )

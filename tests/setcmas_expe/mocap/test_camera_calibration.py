@@ -5,7 +5,7 @@ import pytest
 from camera_scene import FLOOR_TAGS, camera, cv2, pictures, seen_at
 from msgspec.structs import replace
 
-from setcmas_expe.mocap.camera_calibration import LensViews, floor_pose
+from setcmas_expe.mocap.camera_calibration import calibrated_lens, floor_pose
 from setcmas_expe.mocap.camera_poses import TAG_CORNERS, TagDetector
 from setcmas_expe.mocap.tag_sheets import board
 from setcmas_simu.errors import SetcmasError
@@ -41,23 +41,20 @@ def board_picture():
 
 @pytest.mark.nightly
 def test_a_lens_is_calibrated_from_the_views_that_are_asked_for(board_picture):
-    views = LensViews()
-    middle = board_picture(0, 0, 0.6, (0, 0, 0))
-    assert views.add(middle)
-    assert not views.add(middle)  # nothing new
-    assert not views.add(np.full_like(middle, 100))
-    assert 'hold the board at the left of the picture' in views.missing()
-    with pytest.raises(SetcmasError, match='in 1 places: hold the board at the left'):
-        views.lens()
-
     tilts = [(0.5, 0, 0), (0, 0.5, 0), (-0.5, 0, 0), (0, -0.5, 0), (0, 0, 0)]
     places = [(x, y) for x in (-0.28, 0.0, 0.28) for y in (-0.13, 0.02, 0.15)]
+    middle, shown = board_picture(0, 0, 0.6, (0, 0, 0)), []
+    shots = [middle, middle, np.full_like(middle, 100)]  # nothing new, and no board
+    with pytest.raises(SetcmasError, match='in 1 places: hold the board at the left'):
+        calibrated_lens(enumerate(shots), shown.append)
+    assert len(shown) == 1
+    assert shown[0].startswith('view 1; next: hold the board at the left of the picture')
     for number, (x, y) in enumerate(places * 2):
         z = 0.6 if number < len(places) else 0.75
-        views.add(board_picture(x, y, z, tilts[number % 5]))
+        shots.append(board_picture(x, y, z, tilts[number % 5]))
 
-    assert views.missing() == []
-    lens = views.lens()
+    lens = calibrated_lens(enumerate(shots), shown.append)
+    assert shown[-1].endswith('next: done')
     assert lens.error < 0.2
     assert lens.size == TRUTH.size
     assert lens.focal == pytest.approx(TRUTH.focal, rel=0.01)

@@ -67,8 +67,20 @@ def bridge(peer):
     return Bridge(peer)
 
 
+@pytest.fixture
+def paused(peer):
+    """Return the list that the messages on /paused are appended to."""
+    return peer.listen(Bool, '/paused')
+
+
 def is_paused(paused):
     return bool(paused) and all(message.data for message in paused[-3:])
+
+
+def stays_paused(peer, paused):
+    """Check that robots are, and stay, paused."""
+    peer.wait_for_new(paused, 5)
+    assert is_paused(paused)
 
 
 def goes(paused):
@@ -136,8 +148,7 @@ def operate(domain, peer):
         yield begin
 
 
-def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge):
-    paused = peer.listen(Bool, '/paused')
+def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge, paused):
     bridge.unready = 'not seen yet'  # before the node can have heard anything else
     operator = operate()
     wishes = [peer.publisher(Bool, topic) for topic in ('/pause', '/tb3_1/pause')]
@@ -145,8 +156,7 @@ def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge)
     for wish in wishes:
         wish.publish(Bool(data=False))
     operator.request('start')
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
     bridge.unready = ''
     for wish in wishes:
@@ -154,14 +164,12 @@ def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge)
         wish.publish(Bool(data=True))
         operator.wait_for(f'by {wish.topic_name}')
         wish.publish(Bool(data=False))
-        peer.wait_for_new(paused, 5)
-        assert is_paused(paused)
+        stays_paused(peer, paused)
     operator.press_until('start', lambda: goes(paused))
     operator.request('pause')
     operator.wait_for('by key')
     operator.request('pause')
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
 
 def test_a_start_that_crosses_a_pause_by_another_program_does_not_count(operate, peer, bridge):
@@ -182,8 +190,9 @@ def test_a_start_that_crosses_a_pause_by_another_program_does_not_count(operate,
     operator.press_until(cross, is_too_soon)  # again where the start came first
 
 
-def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, peer, bridge):
-    paused = peer.listen(Bool, '/paused')
+def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(
+    operate, peer, bridge, paused
+):
     stopped = peer.listen(Bool, '/emergency_stopped', qos.LATCHED)
     operator = operate()
     joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
@@ -211,8 +220,7 @@ def test_an_emergency_stop_stays_until_it_is_released_and_pauses_then(operate, p
     for button in (0, 1):  # of a person on the network: it may stop, but not start
         joystick.publish(Joy(buttons=[0] * 7 + [button]))
         peer.spin(0.1)
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
     def stops():  # again: best effort may lose a message
         for button in (0, 1):
@@ -235,15 +243,13 @@ def test_a_new_pause_node_takes_over_what_a_guard_holds(start, peer, bridge):
     assert 'STOP held by the guard of robot 1' in process.output()
 
 
-def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):
-    paused = peer.listen(Bool, '/paused')
+def test_robots_move_only_while_a_button_is_held(operate, peer, bridge, paused):
     operator = operate('--hold', '--joystick')
     joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
     buttons = [0] * 8
     peer.node.create_timer(0.05, lambda: joystick.publish(Joy(buttons=buttons)))
     operator.request('start')  # once is not held
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
     def hold():
         for buttons[7] in (0, 1):
@@ -256,19 +262,16 @@ def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):
     bridge.held = 'robot 1: no command for 0.5 s'
     peer.wait_for(lambda: is_paused(paused))
     bridge.held = ''
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
 
-def test_the_joystick_starts_robots_and_is_missed(operate, peer, bridge):
-    paused = peer.listen(Bool, '/paused')
+def test_the_joystick_starts_robots_and_is_missed(operate, peer, bridge, paused):
     operator = operate('--joystick')
     joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
     buttons = [0] * 7 + [1]  # down at first: only the second time counts
     timer = peer.node.create_timer(0.05, lambda: joystick.publish(Joy(buttons=buttons)))
     operator.wait_for('')
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
     def press():
         for buttons[7] in (0, 1):
@@ -281,14 +284,12 @@ def test_the_joystick_starts_robots_and_is_missed(operate, peer, bridge):
     timer.cancel()
     operator.wait_for('the joystick has disappeared')
     joystick.publish(Joy(buttons=buttons))
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
 
 def test_robots_that_the_bridge_holds_stay_paused_and_a_silent_bridge_is_replaced(
-    operate, peer, bridge
+    operate, peer, bridge, paused
 ):
-    paused = peer.listen(Bool, '/paused')
     commands = peer.cmd_vel(1)
     operator = operate(command=UNDER_LOAD)
     operator.press_until('start', lambda: goes(paused))
@@ -309,8 +310,7 @@ def test_robots_that_the_bridge_holds_stay_paused_and_a_silent_bridge_is_replace
     assert OVERLOADED in operator.warnings()
 
 
-def test_a_press_that_waited_while_the_pause_node_hung_starts_nothing(start, peer, bridge):
-    paused = peer.listen(Bool, '/paused')
+def test_a_press_that_waited_while_the_pause_node_hung_starts_nothing(start, peer, bridge, paused):
     process = start(*PAUSE, '--joystick')
     joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
     peer.wait_for_new(paused, 1)
@@ -327,8 +327,7 @@ def test_a_press_that_waited_while_the_pause_node_hung_starts_nothing(start, pee
     assert all(message.data for message in paused)
 
 
-def test_who_plays_the_bridge_pauses_all_robots(operate, peer, bridge, domain):
-    paused = peer.listen(Bool, '/paused')
+def test_who_plays_the_bridge_pauses_all_robots(operate, peer, bridge, paused, domain):
     operator = operate()
     operator.press_until('start', lambda: goes(paused))
     with Peer(domain) as other:  # a process of its own, as DDS sees it
@@ -337,8 +336,7 @@ def test_who_plays_the_bridge_pauses_all_robots(operate, peer, bridge, domain):
         peer.wait_for(lambda: is_paused(paused))
 
 
-def test_two_joysticks_that_contradict_each_other_can_only_pause(start, peer, bridge):
-    paused = peer.listen(Bool, '/paused')
+def test_two_joysticks_that_contradict_each_other_can_only_pause(start, peer, bridge, paused):
     process = start(*PAUSE, '--joystick')
     joysticks = [peer.publisher(Joy, '/joy', qos=qos.SENSOR) for _ in range(2)]
     peer.wait_for_new(paused, 1)
@@ -355,9 +353,8 @@ def test_two_joysticks_that_contradict_each_other_can_only_pause(start, peer, br
 
 
 def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
-    operate, peer, bridge
+    operate, peer, bridge, paused
 ):
-    paused = peer.listen(Bool, '/paused')
     commands = peer.cmd_vel(1)
     operator = operate()
     operator.press_until('start', lambda: goes(paused))
@@ -370,8 +367,7 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     operator.alive = True
     late = 'not started: the key press arrived too late'
     peer.wait_for(lambda: late in operator.warnings())
-    peer.wait_for_new(paused, 5)
-    assert is_paused(paused)
+    stays_paused(peer, paused)
 
     def refused():
         peer.spin(2 * REACTION_S)  # it says the same again after 1.5 s only
