@@ -21,8 +21,8 @@ def circling_fleet(nb_robots, turns=1.5):
     return fleet_table(np.concatenate(rows))
 
 
-def drawn(drawing, nb_robots, paper=None):
-    with plot_style(paper):
+def drawn(drawing, nb_robots):
+    with plot_style():
         figure = Figure()
         drawing(figure, run_of(circling_fleet(nb_robots)))
         finish(figure, f'leader_follower_distance_formation, {nb_robots} robots')

@@ -4,7 +4,6 @@ Examples:
   setcmas csv_to_plot out                        a run's folder; plots go to out/plots
   csv_to_plot lab.mcap                           a single bag; plots go to lab_plots
   csv_to_plot out/csv -o figures --format pdf svg
-  csv_to_plot out --paper                        as PDF, 3.5 inches wide with 8 pt text
   csv_to_plot out --animate --speed 4            also a video, four times as fast
   csv_to_plot out --animate mp4
 """

@@ -15,7 +15,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.style import (
     drawn_robots,
-    final_width,
     legend,
     line_handles,
     line_look,
@@ -53,7 +52,7 @@ def draw_graph(figure: Figure, run: Run) -> None:
     rows = math.ceil(len(graphs) / columns)
     side = 6.0 if len(graphs) == 1 else 3.4
     figure.set_size_inches(side * columns, (side + 0.3) * rows + 0.3)
-    panel = 72 * final_width(side * columns) / columns  # in points
+    panel = 72 * side  # in points
     diameter = min(_LARGEST_PT, panel * min(0.9 * math.pi / _HALF / len(robots), 0.15))
     host = figure.add_subplot()  # as wide as all panels, for the title
     host.set_axis_off()

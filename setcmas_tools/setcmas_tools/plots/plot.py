@@ -90,7 +90,7 @@ def plot(
     progress = tqdm(drawn, 'plots', leave=False, disable=None, bar_format='{desc}: {n}')
     paths = write_figures(progress, folder, look)
     if look.show:
-        with plot_style(look.paper):
+        with plot_style():
             show(folder)
     return paths
 
@@ -141,14 +141,13 @@ class Picture(Figure):
             return png(self, 100)
 
 
-def figure(run: Run, name: str, paper: str | None = None) -> Figure:
+def figure(run: Run, name: str) -> Figure:
     """Return a plot of a run, or raise SetcmasError."""
-    look = PlotOptions(paper=paper)
     draw = PLOTS.get(name)
     if not suits(draw, run):
         known = ', '.join(plots_of(run))
         raise SetcmasError(f"plot '{name}' does not apply to this run; must be one of {known}")
-    with plot_style(look.paper):
+    with plot_style():
         picture = Picture()
         draw(picture, run)
         finish(picture, run.title)

@@ -1,4 +1,4 @@
-"""Options of plots and films: formats, paper and speed."""
+"""Options of plots and films: formats and speed."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ from setcmas_simu.option_groups import ClashError, Form, Options, flag, option
 from setcmas_simu.option_kinds import Number, OneOf
 
 FORMATS = ('png', 'pdf', 'svg')
-"""File formats by file ending: PNG at 150 dpi (600 on paper), and vector graphics."""
-
-PAPERS = {'column': 3.5, 'page': 7.16}
-"""Widths in inches of a one-column and a two-column figure in a two-column paper (IEEE)."""
+"""File formats by file ending: PNG at 150 dpi, and vector graphics."""
 
 FILMS = ('mp4', 'gif')
 """Kinds of films."""
@@ -24,25 +21,10 @@ BEST = 'best'
 class PlotOptions(Options):
     """Appearance of plots; `show` opens them in windows until the user closes them."""
 
-    format: tuple[str, ...] | None = option(
-        OneOf(FORMATS),
-        'formats of the plots',
-        default=None,
-        default_text='png, with --paper pdf',
-        form=Form.SEVERAL,
-    )
-    paper: str | None = option(
-        OneOf(tuple(PAPERS)),
-        'for print: column (3.5 inches wide; same as --paper alone) or page (7.16 inches wide)',
-        default=None,
-        alone='column',
+    format: tuple[str, ...] = option(
+        OneOf(FORMATS), 'formats of the plots', default=('png',), form=Form.SEVERAL
     )
     show: bool = flag('open the plots in windows')
-
-    @property
-    def formats(self) -> tuple[str, ...]:
-        """The formats to write."""
-        return self.format or (('pdf',) if self.paper else ('png',))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,6 @@ import io
 import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 from setcmas_simu.errors import file_errors
 from setcmas_simu.fleet import palettes
 from setcmas_simu.fleet.palettes import Colour, is_bright, plot_colour
-from setcmas_tools.plots.plot_options import PAPERS, PlotOptions
+from setcmas_tools.plots.plot_options import PlotOptions
 
 _DASHES: tuple[Any, ...] = ('solid', (0, (4, 1.6)))
 _SAMPLES = 5
@@ -57,24 +56,14 @@ _MANY_ROBOTS = 12
 """Fleets of at least this size get thinner lines."""
 
 
-_STYLES = Path(__file__).parent / 'templates'
-_paper: ContextVar[str | None] = ContextVar('_paper', default=None)
+_STYLE = Path(__file__).parent / 'templates' / 'screen.mplstyle'
 
 
 @contextlib.contextmanager
-def plot_style(paper: str | None = None) -> Iterator[None]:
-    """Draw and save inside in the style of these plots, regardless of the user's settings.
-
-    Args:
-        paper: One of `PAPERS`, for fonts and sizes of a printed paper; None for screens.
-    """
-    token = _paper.set(paper)
-    try:
-        names = ['screen', 'paper'] if paper else ['screen']
-        with style.context(['default', *(_STYLES / f'{name}.mplstyle' for name in names)]):
-            yield
-    finally:
-        _paper.reset(token)
+def plot_style() -> Iterator[None]:
+    """Draw and save inside in the style of these plots, regardless of the user's settings."""
+    with style.context(['default', _STYLE]):
+        yield
 
 
 def as_written(text: str) -> str:
@@ -83,35 +72,15 @@ def as_written(text: str) -> str:
 
 
 def finish(figure: Figure, run: str = '') -> None:
-    """Add the run to a plot's title; on paper, which has captions, only fit it to its width.
+    """Add the run to a plot's title.
 
     Args:
         figure: A drawn plot, with its name as the title of its first axes.
         run: Description, such as 'consensus, 8 robots'.
     """
-    paper = _paper.get()
-    if paper is None:
-        figure.axes[0].set_title(
-            as_written(run), loc='right', fontsize=rcParams['legend.fontsize'], color='0.4'
-        )
-        return
-    for axes in figure.axes:
-        axes.set_title('')
-    has_legend = any(axes.get_legend() for axes in figure.axes)
-    room = 0.5 if paper == 'column' and has_legend else 0.0  # inches for the legend above
-    figure.set_size_inches(final_width(figure.get_figwidth()), _final_height(figure) + room)
-
-
-def final_width(width: float) -> float:
-    """Return the final width in inches of a figure that has this width on screens."""
-    paper = _paper.get()
-    return PAPERS[paper] if paper else width
-
-
-def _final_height(figure: Figure) -> float:
-    width, height = figure.get_size_inches()
-    flat = 0.75 if _paper.get() == 'page' else 1.0  # wide figures are flatter
-    return float(flat * height / width * final_width(width))
+    figure.axes[0].set_title(
+        as_written(run), loc='right', fontsize=rcParams['legend.fontsize'], color='0.4'
+    )
 
 
 def write_figures(
@@ -123,13 +92,10 @@ def write_figures(
         SetcmasError: They cannot be written.
     """
     paths = []
-    with (
-        plot_style(look.paper),
-        file_errors(f"plots cannot be written to '{folder}'"),
-    ):
+    with plot_style(), file_errors(f"plots cannot be written to '{folder}'"):
         folder.mkdir(parents=True, exist_ok=True)
         for name, figure in drawn:
-            for ending in look.formats:
+            for ending in look.format:
                 paths.append(folder / f'{name}.{ending}')
                 save(figure, paths[-1])
     return paths
@@ -198,30 +164,22 @@ def line_handles(robots: list[int]) -> list[Artist]:
 
 
 def legend(axes: Axes, handles: Iterable[Artist]) -> None:
-    """Put a legend, if it has entries, outside the axes: right, or above in a paper's column."""
+    """Put a legend, if it has entries, outside the axes on the right."""
     entries = list(handles)
     if not entries:
         return
     lines = [line for entry in entries for line in str(entry.get_label()).splitlines()]
-    if _paper.get() == 'column':
-        longest = max(map(len, lines))
-        columns = int(3.3 / (0.3 + 0.043 * longest))  # in inches
-        axes.legend(
-            handles=entries, loc='lower left', bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
-            ncols=max(1, columns),
-        )  # fmt: skip
-    else:
-        axes.legend(
-            handles=entries, loc='upper left', bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
-            ncols=_columns(axes, len(lines)),
-        )  # fmt: skip
+    axes.legend(
+        handles=entries, loc='upper left', bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
+        ncols=_columns(axes, len(lines)),
+    )  # fmt: skip
 
 
 def _columns(axes: Axes, nb_lines: int) -> int:
     """Return the number of columns that keeps a legend as low as its panel."""
     place = axes.get_subplotspec()
     rows = place.get_gridspec().nrows if place else 1
-    panel = _final_height(axes.figure.figure) / rows - _AROUND_PANEL_IN
+    panel = axes.figure.figure.get_figheight() / rows - _AROUND_PANEL_IN
     entry = float(rcParams['legend.fontsize'] * (1 + rcParams['legend.labelspacing'])) / 72
     return max(1, math.ceil(nb_lines * entry / panel))
 

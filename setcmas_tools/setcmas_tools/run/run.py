@@ -213,13 +213,13 @@ class Run(RunTables):
         """Return the metrics of the run."""
         return tool(MEASURE)(self)
 
-    def plot(self, name: str = 'trajectories', **style: Any) -> Figure:
-        """Return a plot by its name; `paper` as for csv_to_plot.
+    def plot(self, name: str = 'trajectories') -> Figure:
+        """Return a plot by its name.
 
         Raises:
             SetcmasError: There is no such plot, or it does not apply to this run.
         """
-        figure: Figure = tool(FIGURE)(self, name, **style)
+        figure: Figure = tool(FIGURE)(self, name)
         return figure
 
     def animate(self, **look: Any) -> Any:

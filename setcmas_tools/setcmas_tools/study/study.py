@@ -210,12 +210,9 @@ class Study:
         values = {name: value_in_table(name, value) for name, value in known.items()}
         return simulate(with_values(self.base, values).replace(seed=int(row[SEED])))
 
-    def plot(self, metric: str, by: str | None = None, **look: Any) -> Figure:
-        """Return a plot of a metric over a varied name, by default the first.
-
-        `look` is `paper` as for csv_to_plot.
-        """
-        figure: Figure = tool(_FIGURE)(self, metric, by, **look)
+    def plot(self, metric: str, by: str | None = None) -> Figure:
+        """Return a plot of a metric over a varied name, by default the first."""
+        figure: Figure = tool(_FIGURE)(self, metric, by)
         return figure
 
     @property

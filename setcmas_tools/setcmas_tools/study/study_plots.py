@@ -117,14 +117,13 @@ def _note(axes: Axes, study: Study, metric: str) -> None:
     )
 
 
-def figure(study: Study, metric: str, by: str | None = None, paper: str | None = None) -> Figure:
+def figure(study: Study, metric: str, by: str | None = None) -> Figure:
     """Return a plot of a study; as `Study.plot`."""
-    look = PlotOptions(paper=paper)
     name = by or next(iter(study.names), '')
     if name not in study.names:
         known = ', '.join(study.names) or 'nothing'
         raise SetcmasError(f"'{name}' is not varied in this study; must be one of {known}")
-    with plot_style(look.paper):
+    with plot_style():
         picture = Picture()
         draw_lines(picture, study, metric, name)
         finish(picture, study.title)
@@ -135,13 +134,12 @@ def plot(
     study: Study, folder: Path, metrics: Sequence[str] = (), look: PlotOptions | None = None
 ) -> list[Path]:
     """Write plots of metrics, by default those of the task; return the files."""
-    chosen = look or PlotOptions()
     drawn = (
-        (f'{metric}_{name}', figure(study, metric, name, chosen.paper))
+        (f'{metric}_{name}', figure(study, metric, name))
         for metric in metrics or _of_task(study)
         for name in study.names
     )
-    return write_figures(drawn, folder, chosen)
+    return write_figures(drawn, folder, look or PlotOptions())
 
 
 def _of_task(study: Study) -> Iterator[str]:

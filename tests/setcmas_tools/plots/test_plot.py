@@ -35,9 +35,8 @@ def test_plots_of_a_run(run, nb_robots):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize('paper', [None, 'column'])
-def test_vector_formats_embed_their_fonts(run, paper):
-    paths = plot(run(2), format=['pdf', 'svg'], paper=paper)
+def test_vector_formats_embed_their_fonts(run):
+    paths = plot(run(2), format=['pdf', 'svg'])
 
     for path in paths:
         content = path.read_bytes()
@@ -116,8 +115,6 @@ def test_mistakes_get_one_line(tmp_path, run):
     folder = run(1)
     with pytest.raises(SetcmasError, match="format is 'gif'; it must be png, pdf or svg"):
         plot(folder, format=['gif'])
-    with pytest.raises(SetcmasError, match="paper is 'a4'; it must be column or page"):
-        plot(folder, paper='a4')
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):
         plot(folder, tmp_path / 'taken')

@@ -14,13 +14,12 @@ from setcmas_tools.plots.time_plots import (
 from setcmas_tools.plots.trajectories import draw_trajectories
 
 DRAWINGS = [draw_trajectories, draw_positions, draw_heading, draw_velocities]
-STYLES = [(8, None), (8, 'page'), (50, 'column')]
 
 
-@pytest.mark.parametrize(('nb_robots', 'paper'), STYLES)
+@pytest.mark.parametrize('nb_robots', [8, 50])
 @pytest.mark.parametrize('drawing', DRAWINGS)
-def test_legends_and_titles_cover_nothing(drawing, nb_robots, paper):
-    figure = drawn(drawing, nb_robots, paper)
+def test_legends_and_titles_cover_nothing(drawing, nb_robots):
+    figure = drawn(drawing, nb_robots)
     legends = [axes.get_legend().get_window_extent() for axes in figure.axes if axes.get_legend()]
 
     assert legends
@@ -85,16 +84,6 @@ def robot_line(nb_robots, robot):
         look = line_look(robot, nb_robots)
         assert look['color'] == plot_colour(robot, nb_robots)
         return look
-
-
-@pytest.mark.parametrize(('paper', 'width'), [('column', 3.5), ('page', 7.16)])
-def test_sizes_on_paper(paper, width):
-    figure = drawn(draw_positions, 8, paper=paper)
-
-    assert figure.get_figwidth() == pytest.approx(width)
-    assert {text.get_fontsize() for text in outer_texts(figure)} == {8}
-    assert {text.get_fontname() for text in outer_texts(figure)} == {'STIXGeneral'}
-    assert not any(axes.get_title(loc=loc) for axes in figure.axes for loc in ('left', 'right'))
 
 
 @pytest.mark.parametrize('drawing', DRAWINGS)

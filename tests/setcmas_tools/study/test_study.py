@@ -134,7 +134,7 @@ def test_words_are_joined_by_no_line():
         'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True
     )
 
-    assert not study.plot('path_length', paper='column').axes[0].get_legend()
+    assert not study.plot('path_length').axes[0].get_legend()
     axes = study.plot('path_length').axes[0]
     assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
     assert axes.get_lines()[0].get_ydata().tolist() == study.table['path_length'].tolist()
