@@ -61,7 +61,7 @@ SEVERAL_MODULES = [
     'setcmas_expe.guard.test_service_manager',
     'setcmas_expe.test_bridge_starts',
     'setcmas_expe.test_faults',
-    'setcmas_expe.test_foreign_robot',
+    'setcmas_expe.test_foreign_controller',
     'setcmas_tools.grade.test_grader_messages',
     'setcmas_tools.grade.test_mistakes',
     'setcmas_tools.grade.test_right_solutions',

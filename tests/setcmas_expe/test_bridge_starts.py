@@ -52,6 +52,13 @@ def see_it_stand(lab, reason):
     assert all(m.twist.linear.x == 0.0 for m in lab.commands[1])
 
 
+def test_a_robot_to_whose_topic_nothing_listens_is_not_ready(peer, bridges):
+    lab = LabPeer(peer, ('another_robot',))
+    lab.poses[1], lab.wanted[1], lab.paused = (-1.0, 0.0, 0.5), GO, True
+    line = 'nothing listens to /tb3_1/cmd_vel: is its bringup running'
+    peer.wait_for(lambda: line in lab.status(1)[0].message)
+
+
 def test_a_pause_node_that_returns_starts_nothing(lab):
     lab.paused = False  # as of an earlier experiment
     see_it_stand(lab, 'sent a start without a pause before it')

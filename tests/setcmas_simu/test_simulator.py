@@ -82,7 +82,8 @@ def test_a_sender_of_the_other_type_is_reported_once(start, peer):
 def test_so_is_a_sender_without_ros(start, domain):
     pytest.importorskip('cyclonedds')
     simulator = start(*SIMU, '--nb-robots', '1', '--cmd-vel-type', 'twist')
-    start(sys.executable, str(FOREIGN / 'foreign_rogue.py'), str(domain))
+    foreign = [str(FOREIGN / 'foreign_controller.py'), str(domain), '1', 'cmd_vel', 'TwistStamped']
+    start(sys.executable, *foreign)
 
     simulator.wait_for_output(
         '/tb3_1/cmd_vel: a node without a name sends TwistStamped, but the robot takes Twist, so '

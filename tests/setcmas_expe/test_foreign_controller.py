@@ -1,4 +1,4 @@
-"""A robot, or a control law, that shares no code with this project, nor its DDS."""
+"""A control law that shares no code with this project, nor its DDS."""
 
 import sys
 import time
@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from processes import CTRL, SIMU
-from terminals import Terminal
 
 pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
@@ -14,22 +13,8 @@ pytest.importorskip('cyclonedds')
 from rehearsal import Rehearsal
 from ros_peer import position
 
-ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
 LAW = Path(__file__).parent / 'scripts' / 'foreign_controller.py'
-EXPE = ['expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick', '--without-guard']
 WAY_M = 0.16
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize('kind', ['TwistStamped', 'Twist'])
-def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, domain):
-    robot = start(sys.executable, str(ROBOT), str(domain), kind)
-    terminal = Terminal(*EXPE)
-
-    try:
-        terminal.start_robots(lambda: 'goes' in robot.output())
-    finally:
-        terminal.close()
 
 
 def test_a_control_law_of_another_maker_drives_a_robot_while_it_speaks(start, peer, domain):
@@ -64,13 +49,3 @@ def test_a_law_of_another_maker_drives_a_robot_of_the_lab_with_every_stop(
         peer.spin(2.0)
         assert {truth.rolls for truth in experiment.truth[1][stands:]} == {0.0}
         experiment.let_go()
-
-
-def test_nothing_listens(start, domain):
-    start(sys.executable, str(ROBOT), str(domain), 'nothing')
-    terminal = Terminal(*EXPE)
-
-    try:
-        terminal.wait_for('nothing listens to /tb3_1/cmd_vel: is its b')
-    finally:
-        terminal.close()
