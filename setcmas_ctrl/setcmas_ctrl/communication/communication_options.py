@@ -24,7 +24,7 @@ from setcmas_ctrl.communication.triggering_conditions import (
 )
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_ctrl.laws.script_function import file_of
-from setcmas_ctrl.laws.script_loader import CONDITIONS, compile_script
+from setcmas_ctrl.laws.script_loader import CONDITIONS, compile_script, load_script
 from setcmas_ctrl.laws.script_search import find_script, unfilled_note
 from setcmas_simu.option_groups import ClashError, Options, flag, option
 from setcmas_simu.option_kinds import LENGTH, Number, OneOf, ScriptOrFunction
@@ -165,7 +165,8 @@ class Communication:
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
         """Return the object that decides when a robot sends its state, or raise SetcmasError."""
         if script := self.condition_script:
-            return Broadcast.of_script(robot, script, reports)
+            condition = vars(load_script(script, robot, CTC)).get('ctc')
+            return Broadcast(robot, condition, script, reports)
         condition = self.options.ctc or further_than(self.options.threshold)
         if isinstance(condition, Mapping):
             condition = condition[robot]

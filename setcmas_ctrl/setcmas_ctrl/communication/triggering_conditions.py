@@ -28,7 +28,6 @@ import numpy as np
 
 from setcmas_ctrl.laws.script_errors import ControlError, ErrorReports
 from setcmas_ctrl.laws.script_function import ScriptFunction
-from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 
@@ -119,12 +118,6 @@ class Broadcast:
         self.measures = MEASURED in self._neighbours
         self.last: State | None = None
         self._failing = False
-
-    @classmethod
-    def of_script(cls, robot: int, path: Path, reports: ErrorReports) -> Broadcast:
-        """Load the condition of a robot from a script, or raise SetcmasError."""
-        script = load_script(path, robot, expected=CTC)
-        return cls(robot, vars(script).get('ctc'), path, reports)
 
     def see(self, received: Floats, measured: Floats, weights: Floats) -> None:
         """Take the poses of the fleet, as received last and as they are, for the condition.

@@ -213,10 +213,7 @@ def check_starts(options: FilterOptions, poses: Floats) -> None:
             raise SetcmasError(f'{at} outside the arena; move it, or enlarge the arena')
         if obstacles.contain(x, y):
             raise SetcmasError(f'{at} inside an obstacle; move it')
-    _check_distances(poses, options.min_separation or SEPARATION_M)
-
-
-def _check_distances(poses: Floats, separation: float) -> None:
+    separation = options.min_separation or SEPARATION_M
     i, j = np.triu_indices(poses.shape[1], 1)
     distances = np.hypot(*(poses[:2, j] - poses[:2, i]))
     for pair in np.flatnonzero(distances < separation - _ROUNDING_M)[:1]:

@@ -79,8 +79,22 @@ def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> Ref
         raise SetcmasError(
             f'{script.name}: task is {short_repr(task)}; it must be the name of a task'
         )
+    if task not in TASKS:
+        known = it_must_be(f'one of {", ".join(TASKS)}', task, TASKS)
+        raise SetcmasError(f"{script.name}: unknown task '{task}'{known}")
     own = _own_references(names.get('references'), nb_robots, script)
-    return checked_references(task, {**names, **own}, script.name)
+    given, values = {**DEFAULTS.get(task, {}), **names, **own}, {}
+    for name, kind in TASKS[task].items():
+        if name not in given:
+            raise SetcmasError(f"{script.name} defines no {name}, which task '{task}' needs")
+        if (value := given[name]) is None:
+            continue
+        try:
+            values[name] = kind(value)
+        except (TypeError, ValueError) as error:
+            what = f'{script.name}: {name} is {short_repr(value)}; {error}'
+            raise SetcmasError(what) from error
+    return References(task, values)
 
 
 def references_of_fleet(
@@ -101,25 +115,6 @@ def references_of_fleet(
     return None
 
 
-def checked_references(task: str, given: Mapping[str, Any], script: str) -> References:
-    """Return the references of a task from values by name; superfluous names are ignored.
-
-    Raises:
-        SetcmasError: The task is unknown, or a reference is missing or invalid.
-    """
-    if task not in TASKS:
-        known = it_must_be(f'one of {", ".join(TASKS)}', task, TASKS)
-        raise SetcmasError(f"{script}: unknown task '{task}'{known}")
-    values, defaults = {}, DEFAULTS.get(task, {})
-    for name, kind in TASKS[task].items():
-        if name not in given and name not in defaults:
-            raise SetcmasError(f"{script} defines no {name}, which task '{task}' needs")
-        value = given.get(name, defaults.get(name))
-        if value is not None:
-            values[name] = _checked(kind, name, value, script)
-    return References(task, values)
-
-
 def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]:
     if callable(given):
         try:
@@ -134,13 +129,6 @@ def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]
             'of names and values'
         )
     return given or {}
-
-
-def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> Any:
-    try:
-        return kind(value)
-    except (TypeError, ValueError) as error:
-        raise SetcmasError(f'{script}: {name} is {short_repr(value)}; {error}') from error
 
 
 def _is_value(value: Any, levels: int = 3) -> bool:

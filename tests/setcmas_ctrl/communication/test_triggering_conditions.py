@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.communication.graph import PRESETS
-from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE, Broadcast, further_than
+from setcmas_ctrl.communication.triggering_conditions import (
+    CONSEQUENCE,
+    CTC,
+    Broadcast,
+    further_than,
+)
 from setcmas_ctrl.laws.script_errors import ErrorReports
+from setcmas_ctrl.laws.script_loader import load_script
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 
@@ -25,7 +31,7 @@ def broadcast(tmp_path, said):
         if text is None:
             return Broadcast(3, further_than(threshold), path, reports)
         path.write_text(text)
-        return Broadcast.of_script(3, path, reports)
+        return Broadcast(3, load_script(path, 3, CTC).ctc, path, reports)
 
     return broadcast
 
