@@ -1,13 +1,15 @@
-"""Study: a law run many times; table of its runs, its plan and folder, medians of its cases."""
+"""Study: a law run many times, each time in a process of its own; the table of its runs."""
 
 from __future__ import annotations
 
 import multiprocessing
 import shutil
+import sys
 import tempfile
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,13 +22,20 @@ from setcmas_simu.errors import SetcmasError, file_errors, needs
 from setcmas_simu.limited_file import written_whole
 from setcmas_simu.option_kinds import DURATION, Whole
 from setcmas_tools.measures.metric import Metric
-from setcmas_tools.offline.offline_simulation import simulate
-from setcmas_tools.offline.script_process import UNGUARDED, StartError
+from setcmas_tools.measures.metrics import measure
+from setcmas_tools.offline.offline_simulation import checked_steps, silent, simulate
+from setcmas_tools.offline.run_progress import size_of
+from setcmas_tools.offline.script_process import (
+    UNGUARDED,
+    ScriptEndedError,
+    ScriptProcess,
+    StartError,
+)
 from setcmas_tools.run.run import Run, tool
 from setcmas_tools.run.run_folder import STUDY_TABLE, RunFolder, inputs_of, kept_record
-from setcmas_tools.run.run_info import INFO_FILE, RunInfo
+from setcmas_tools.run.run_info import INFO_FILE, RunInfo, RunState
 from setcmas_tools.run.scenario import Scenario, name_of
-from setcmas_tools.study.study_columns import COLUMNS, OUTCOME
+from setcmas_tools.study.study_columns import COLUMNS, OUTCOME, numbers_of
 from setcmas_tools.study.study_plan import (
     SEED,
     Plan,
@@ -35,7 +44,20 @@ from setcmas_tools.study.study_plan import (
     value_in_table,
     with_values,
 )
-from setcmas_tools.study.study_run import Row, made_rows
+
+with needs('study'):
+    import joblib
+    import pandas as pd
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LONGEST_MESSAGE = 300
+
+_WARM_UP = 'setcmas_tools.study.warm_up'
+
+Row = dict[str, Any]
+"""A row by column: 'run', its outcome, and its metrics."""
 
 
 def sweep(
@@ -97,13 +119,15 @@ def carry_out(
 ) -> Study:
     """Make the runs of a study in a folder, or raise SetcmasError.
 
-    If `folder` is None, it is a temporary one. Its run.yaml has the scenario of the first run. An
-    interrupted study keeps its finished runs.
+    If `folder` is None, it is a temporary one. Its run.yaml has the scenario of the first run; the
+    scripts of all are in inputs/. An interrupted study keeps its finished runs.
     """
     place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
     base = plan.scenario(1).found()
     inputs = inputs_of(base)
-    files = RunFolder(place, inputs)
+    # Those of run 1 are written last: they win if scripts have the same name.
+    of_all = [one for case in plan.cases() for one in inputs_of(case.found())]
+    files = RunFolder(place, of_all[::-1])
     files.check(overwrite)
     files.create(RunInfo(scenario=kept_record(base, inputs)))
     with file_errors(f"study '{place}' cannot be written"):
@@ -120,11 +144,60 @@ def carry_out(
     return study
 
 
-with needs('study'):
-    import pandas as pd
+def made_rows(plan: Plan, jobs: int | None, timeout: float) -> Iterator[Row]:
+    """Make the runs of a study, and yield their rows as they finish, or raise SetcmasError.
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    `jobs` run at a time, by default as many as there are cores, each for `timeout` s at most.
+
+    A thread controls the process of each run: joblib's own processes could not be ended
+    individually when a script hangs, and one that dies would end all. Within
+    `joblib.parallel_config('dask')`, the workers of a cluster take the place of the threads.
+    """
+    parallel = joblib.Parallel(jobs or -1, prefer='threads', return_as='generator_unordered')
+    yield from parallel(
+        joblib.delayed(made_row)(run, plan.scenario(run), plan.metrics, timeout)
+        for run in range(1, len(plan.runs) + 1)
+    )
+
+
+def made_row(
+    number: int, scenario: Scenario, metrics: Mapping[str, Metric], timeout: float
+) -> Row:
+    """Make a run in a process of its own, for a time in s at most; return its row in any case."""
+    # Each process imports the main module again, which on a cluster imports all of Dask.
+    of_main = [name for name in ('distributed',) if name in sys.modules]
+    multiprocessing.set_forkserver_preload([*of_main, _WARM_UP])
+    try:
+        work = joblib.wrap_non_picklable_objects((scenario, metrics), keep_wrapper=False)
+        size = size_of(checked_steps(scenario) + 1, scenario.nb_robots)
+        run = partial(row_of, number, work)
+        with ScriptProcess(run, scenario.scripts(), size) as process:
+            return process.result(lambda _: None, timeout=timeout)
+    except StartError:
+        raise  # all other runs would end so
+    except SetcmasError as error:
+        return _row(number, RunState.NOT_STARTED, message=str(error))
+    except ScriptEndedError as error:
+        return _row(number, RunState.DIED, str(error.robot or ''), str(error).partition('\n')[0])
+
+
+def row_of(number: int, work: tuple[Scenario, Mapping[str, Metric]], **_: object) -> Row:
+    """Make a run of a scenario in this process, and return its row with further metrics."""
+    scenario, metrics = work
+    messages: list[str] = []
+    with silent():
+        run = simulate(scenario, warn=messages.append)
+        numbers = numbers_of(measure(run, messages.append, metrics))
+    robots = ','.join(map(str, run.failed_robots))
+    return _row(number, run.outcome.state, robots, ''.join(messages[:1])) | numbers
+
+
+def _row(run: int, state: RunState, robots: str = '', message: str = '') -> Row:
+    words = ' '.join(message.split())
+    if len(words) > _LONGEST_MESSAGE:
+        words = f'{words[: _LONGEST_MESSAGE - 1]}…'
+    return {'run': run, 'state': state.value, 'robots': robots, 'message': words}
+
 
 _FIGURE = 'setcmas_tools.study.study_plots:figure'
 _MOST_CASES = 200

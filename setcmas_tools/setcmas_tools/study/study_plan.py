@@ -65,6 +65,14 @@ class Plan:
         """Return the scenario with values by their labels; raise SetcmasError if they clash."""
         return with_values(self.base, {n: self.vary[n][label] for n, label in labels.items()})
 
+    def cases(self) -> Iterator[Scenario]:
+        """Yield scenarios that together have each value of each name, that of run 1 first."""
+        first = {name: next(iter(values)) for name, values in self.vary.items()}
+        yield self.scenario_of(first)
+        for name, values in self.vary.items():
+            for label in [*values][1:]:
+                yield self.scenario_of({**first, name: label})
+
 
 def make_plan(
     base: Scenario,
@@ -93,20 +101,10 @@ def make_plan(
         if name in METRICS or name in COLUMNS:
             raise SetcmasError(f"metric '{name}' exists already; choose another name")
     plan = Plan(base, varied, seeds, dict(metrics or {}))
-    for labels in _covering(plan.vary):
-        scenario = plan.scenario_of(labels)
+    for scenario in plan.cases():
         Simulation(scenario)
         scenario.check()
     return plan
-
-
-def _covering(vary: Mapping[str, Mapping[str, Any]]) -> Iterator[dict[str, str]]:
-    """Yield labels by name of runs that together have each value of each name."""
-    first = {name: next(iter(values)) for name, values in vary.items()}
-    yield first
-    for name, values in vary.items():
-        for label in [*values][1:]:
-            yield {**first, name: label}
 
 
 Variation = str | Sequence[Any] | Mapping[str, Any]

@@ -1,3 +1,7 @@
+import csv
+import subprocess
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -80,6 +84,16 @@ def test_the_folder_keeps_what_repeats_a_run(study, law):
         study.table['disagreement'][7], rel=1e-8
     )
     assert run.inputs[0].path == (study.folder / 'inputs' / 'algo' / 'law.py').resolve()
+
+
+def test_the_scripts_of_all_runs_are_kept(tmp_path):
+    laws = [tmp_path / name for name in ('one.py', 'two.py')]
+    for law in laws:
+        law.write_text('def control(*_):\n    return 0.1, 0.0\n')
+    study = sweep('consensus', 2, 1, vary={'algo': ['consensus', *laws]}, jobs=1)
+
+    kept = (study.folder / 'inputs' / 'algo').iterdir()
+    assert sorted(path.name for path in kept) == ['consensus.py', 'one.py', 'two.py']
 
 
 def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
@@ -199,3 +213,94 @@ def test_a_folder_with_something_else_is_left_alone(study, law, tmp_path):
     assert len(Study.load(study.folder)) == 12
     with pytest.raises(SetcmasError, match='must be from 1 to 12'):
         study.run(13)
+
+
+SCRIPT = """
+import math, os
+import numpy
+DOES = 'nothing'
+ACTS = {
+    'raises': 'raise ValueError("oh no")',
+    'hangs': 'while True: pass',
+    'exits': 'os._exit(3)',
+    'patches': 'math.atan2 = numpy.array = None',
+}
+def control(robotNo, nbRobots, poses, t):
+    if robotNo == 2 and 1 < t < 1.3:
+        exec(ACTS.get(DOES, ''))
+    return 0.1, 0.0
+"""
+EXPECTED = {
+    'nothing': ('complete', '', ''),
+    'raises': ('failed', '2', 'ValueError: oh no'),
+    'hangs': ('died', '2', 'tb3_2: ended after 15 s (--timeout) at law.py, line 13'),
+    'exits': ('died', '2', 'exit status 3'),
+    'patches': ('complete', '', "'NoneType' object is not callable"),
+    'ends': ('complete', '', ''),
+}
+
+
+SCRIPT_OF_STUDY = f"""
+from setcmas_tools import sweep
+if __name__ == '__main__':
+    sweep(
+        'law.py', 2, 3, vary={{'DOES': {list(EXPECTED)}}}, jobs=2, timeout=15, seeds=1,
+        output='study',
+    )
+"""
+
+
+@pytest.mark.nightly
+def test_a_script_harms_its_own_run_alone(tmp_path):
+    # In an interpreter of its own: one that has run scripts before forks its processes from one
+    # that has not loaded what runs of a study share, so a script could break the loading.
+    (tmp_path / 'law.py').write_text(SCRIPT)
+    (tmp_path / 'study.py').write_text(SCRIPT_OF_STUDY)
+    subprocess.run([sys.executable, 'study.py'], cwd=tmp_path, check=True)
+    rows = list(csv.DictReader((tmp_path / 'study/runs.csv').read_text().splitlines()))
+
+    assert [row['DOES'] for row in rows] == list(EXPECTED)
+    assert rows[0]['disagreement'] == rows[-1]['disagreement'] > '0'
+    for row in rows:
+        state, robots, message = EXPECTED[row['DOES']]
+        assert (row['state'], row['robots']) == (state, robots), (row['DOES'], row['message'])
+        assert message in row['message']
+
+
+LAW_WITH_HELPER = (
+    'from helper import K\n\ndef control(robotNo, nbRobots, poses, t):\n    return K, 0.0\n'
+)
+
+
+@pytest.mark.nightly
+def test_the_workers_of_a_cluster_make_the_same_table(tmp_path):
+    (tmp_path / 'law.py').write_text(LAW_WITH_HELPER)
+    (tmp_path / 'helper.py').write_text('K = 0.1\n')
+    given = {'vary': {'loss': '0:0.5:3'}, 'seeds': 4, 'random_poses': 'auto'}
+    here = sweep(tmp_path / 'law.py', 5, 10, output=tmp_path / 'here', **given)
+    (tmp_path / 'study.py').write_text(f"""
+import sys
+import joblib
+from distributed import Client, LocalCluster
+from setcmas_tools import sweep
+if __name__ == '__main__':
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+    with cluster, Client(cluster) as client, joblib.parallel_config('dask'):
+        sweep('law.py', 5, 10, output='there', **{given!r})
+        used = client.run(lambda: 'setcmas_tools.study.study' in sys.modules)
+        assert all(used.values())
+""")
+    subprocess.run([sys.executable, 'study.py'], cwd=tmp_path, check=True)
+
+    assert (tmp_path / 'there/runs.csv').read_bytes() == (here.folder / 'runs.csv').read_bytes()
+
+
+def test_a_script_without_its_main_line_is_told_so(tmp_path):
+    script = 'from setcmas_tools import sweep\nsweep("consensus", 2, 1, seeds=9, jobs=1)\n'
+    (tmp_path / 'study.py').write_text(script)
+    done = subprocess.run(
+        [sys.executable, 'study.py'], cwd=tmp_path, capture_output=True, text=True
+    )
+
+    assert done.returncode == 1
+    assert "must do so below a line if __name__ == '__main__':" in done.stderr.splitlines()[-1]
