@@ -9,7 +9,7 @@ import html
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from string import Template
 from typing import Any
@@ -31,7 +31,7 @@ _EXPORT = re.compile(r'^export ', re.MULTILINE)
 _CONTROL = re.compile(r'[\x00-\x08\x0b-\x1f\x7f-\x9f]')
 
 
-def document(title: str, body: Iterable[str], content: Mapping[str, Any]) -> str:
+def document(title: str, body: str, content: Mapping[str, Any]) -> str:
     """Return a page that needs nothing but itself, without control characters.
 
     Args:
@@ -45,7 +45,7 @@ def document(title: str, body: Iterable[str], content: Mapping[str, Any]) -> str
         title=escaped(title),
         policy=f"script-src 'sha256-{digest(script)}'{connects}",
         style=template('base.css') + template('style.css'),
-        body='\n'.join(body),
+        body=body,
         data=json_data(content),
         script=script,
     )

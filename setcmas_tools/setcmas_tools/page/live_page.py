@@ -10,7 +10,7 @@ import time
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.page.browser import BrowserOptions, Opener
-from setcmas_tools.page.document import document, element, page_content, template
+from setcmas_tools.page.document import document, page_content, template
 from setcmas_tools.page.live_run import LiveRun, live_content
 from setcmas_tools.page.live_topics import FleetCommands, LiveTopics
 from setcmas_tools.page.server import Button, PageServer
@@ -85,11 +85,7 @@ class LivePage:
 
 def live_page(has_buttons: bool) -> str:
     """Return the page of running robots."""
-    titles = '<h1 id="title">setcmas</h1>\n<p class="soft" id="detail"></p>'
-    state = '<p class="outcome" id="state" role="status">connecting</p>'
-    header = f'<header>\n<div>\n{titles}\n</div>\n{state}\n</header>'
-    noscript = f'<noscript>{element("p", "This page needs JavaScript.")}</noscript>'
-    body = [header, noscript, template('stage.html')]
+    body = template('live.html') + template('stage.html')
     return document('setcmas', body, page_content(**live_content(has_buttons)))
 
 

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import io
 import shlex
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from string import Template
+from typing import Any
 
 from matplotlib.figure import Figure
 from PIL import Image
@@ -84,18 +86,35 @@ def report_page(
     run: Run, name: str, warn: Callable[[str], None] = print, cover: Cover = _NO_COVER
 ) -> str:
     """Return the page of a run with a name; `warn` shows metrics and plots that fail."""
-    body = [_header(run, name, cover)]
-    if cover.answers:
-        body.append(f'<section class="answers">\n{answers_html(cover.answers)}</section>')
-    body += [
-        *_failures(run),
-        template('stage.html'),
-        *_metrics(run, warn),
-        *_plots(run, warn),
-        *listings(run),
-        *_origin(run),
-    ]
-    return document(cover.title or run.title, body, run_content(run))
+    info, title = run.info, cover.title or run.title
+    duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
+    start = (info.started or '')[:19].replace('T', ' ')
+    when = f'{round(duration, 1):g} s' + (f', started {start}' if start else '')
+    table, remarks = _metrics(run, warn)
+    made: dict[str, object] = {'seed': info.seed}
+    if origin := info.origin:
+        made |= {'setcmas': origin.setcmas, **origin.versions, **origin.host}
+        made['computer'] = made.pop('name', '')
+    given = {k: v for k, v in flat(info.parameters).items() if v not in (None, [])}
+    body = Template(template('report.html')).substitute(
+        name=escaped(name),
+        title=escaped(title),
+        names=escaped(cover.names),
+        when=escaped(f'{run.title}, {when}' if cover.title else when),
+        quality='good' if run.outcome.state is RunState.COMPLETE else 'bad',
+        outcome=escaped(str(run.outcome).partition('\n')[0]),
+        answers=answers_html(cover.answers) if cover.answers else '',
+        failures=''.join(_failures(run)),
+        stage=template('stage.html'),
+        metrics=table,
+        remarks='\n'.join(element('p', remark) for remark in remarks),
+        plots='\n'.join(map(_image, plot_pictures(run, warn))),
+        listings='\n'.join(listings(run)),
+        command=escaped(shlex.join(info.command or [])),
+        made=_terms(made),
+        options=_terms(given),
+    )
+    return document(title, body, run_content(run))
 
 
 def answers_html(file: Path) -> str:
@@ -117,26 +136,10 @@ def answers_html(file: Path) -> str:
 
 def _text(file: Path) -> str:
     try:
-        return file.read_text(encoding='utf-8-sig')
-    except OSError as error:
-        raise SetcmasError(f"answers '{file}' cannot be read: {error.strerror}") from error
+        with file_errors(f"answers '{file}' cannot be read"):
+            return file.read_text(encoding='utf-8-sig')
     except UnicodeDecodeError as error:
         raise SetcmasError(f"answers '{file}' must be a text file in UTF-8") from error
-
-
-def _header(run: Run, name: str, cover: Cover) -> str:
-    duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
-    start = (run.info.started or '')[:19].replace('T', ' ')
-    when = f'{round(duration, 1):g} s' + (f', started {start}' if start else '')
-    lines = [
-        element('p', name, 'soft'),
-        element('h1', cover.title or run.title),
-        *([element('p', cover.names, 'names')] if cover.names else []),
-        element('p', f'{run.title}, {when}' if cover.title else when, 'soft'),
-    ]
-    quality = 'good' if run.outcome.state is RunState.COMPLETE else 'bad'
-    outcome = element('p', str(run.outcome).partition('\n')[0], f'outcome {quality}')
-    return f'<header>\n<div>\n{_joined(lines)}\n</div>\n{outcome}\n</header>'
 
 
 def failures_alike(failures: Iterable[ScriptFailure]) -> list[list[ScriptFailure]]:
@@ -149,16 +152,14 @@ def failures_alike(failures: Iterable[ScriptFailure]) -> list[list[ScriptFailure
 
 
 def _failures(run: Run) -> Iterator[str]:
-    lines = []
-    for ones in failures_alike(run.info.failures or []):
+    alike = failures_alike(run.info.failures or [])
+    for ones in alike:
         first = ones[0]
         place = f'{first.script}, line {first.line}' if first.line else first.script
-        lines.append(f'<p>{failure_html(ones)} {element("span", f"({place})", "soft")}</p>')
+        yield f'<p>{failure_html(ones)} {element("span", f"({place})", "soft")}</p>'
     detail = run.outcome.detail
-    if not lines and detail not in str(run.outcome).partition('\n')[0]:
-        lines = [element('p', detail)]
-    if lines:
-        yield f'<div class="note failure">\n{_joined(lines)}\n</div>'
+    if not alike and detail not in str(run.outcome).partition('\n')[0]:
+        yield element('p', detail)
 
 
 def failure_html(ones: list[ScriptFailure]) -> str:
@@ -173,16 +174,12 @@ def failure_html(ones: list[ScriptFailure]) -> str:
     return f'{button}{escaped(when)}</button> {escaped(first.first_line)}'
 
 
-def _metrics(run: Run, warn: Callable[[str], None]) -> Iterator[str]:
+def _metrics(run: Run, warn: Callable[[str], None]) -> tuple[str, list[str]]:
     try:
         parts = measure(run, warn).parts
-        table, remarks = robots_table(parts, 'html'), fleet_lines(parts)
+        return robots_table(parts, 'html'), fleet_lines(parts)
     except SetcmasError as error:
-        table, remarks = '', [str(error)]
-    yield '<section>\n<h2>Metrics</h2>'
-    yield f'<div class="scroll metrics">{table}</div>'
-    yield from (element('p', remark) for remark in remarks)
-    yield '</section>'
+        return '', [str(error)]
 
 
 _WIDEST_IN = 9.0
@@ -191,26 +188,15 @@ _COLOURS = 128
 """Enough for lines and letters with smooth edges."""
 
 
-@dataclass(frozen=True)
-class PlotPicture:
-    """A plot of a page.
+def plot_pictures(run: Run, warn: Callable[[str], None]) -> Iterator[dict[str, Any]]:
+    """Yield name and data URL of each plot, and its share of the page's width.
 
-    Attributes:
-        url: The PNG as a data URL.
-        share: Its width as a share of the page's, which gives all plots the same letters.
+    The share gives all plots letters of the same size.
     """
-
-    name: str
-    url: str
-    share: float
-
-
-def plot_pictures(run: Run, warn: Callable[[str], None]) -> Iterator[PlotPicture]:
-    """Yield the plots of a run."""
     with plot_style():
         for name, figure in drawn_plots(run, warn):
-            share = min(1.0, figure.get_figwidth() / _WIDEST_IN)
-            yield PlotPicture(name, data_url('image/png', _png(figure)), share)
+            share = round(min(1.0, figure.get_figwidth() / _WIDEST_IN), 2)
+            yield {'name': name, 'url': data_url('image/png', _png(figure)), 'share': share}
 
 
 def _png(figure: Figure) -> bytes:
@@ -220,11 +206,9 @@ def _png(figure: Figure) -> bytes:
     return small.getvalue()
 
 
-def _plots(run: Run, warn: Callable[[str], None]) -> Iterator[str]:
-    yield '<section>\n<h2>Plots</h2>\n<div class="scroll plots">'
-    for one in plot_pictures(run, warn):
-        yield f'<img src="{one.url}" alt="{escaped(one.name)}" style="--share: {one.share:.2f}">'
-    yield '</div>\n</section>'
+def _image(plot: Mapping[str, Any]) -> str:
+    name, share = escaped(plot['name']), plot['share']
+    return f'<img src="{plot["url"]}" alt="{name}" style="--share: {share}">'
 
 
 _OPTIONS = {
@@ -251,37 +235,18 @@ def listings(run: Run) -> Iterator[str]:
 
 
 def _listing(name: str, what: str, content: bytes, failures: list[ScriptFailure]) -> str:
-    """Return a script as HTML, with its failures below their lines."""
+    """Return a script as HTML; a click on a line that failed shows when it first did."""
     shown = []
     for number, line in enumerate(content.decode(errors='replace').splitlines() or [''], 1):
         # `--watch` loads other versions: a failure is shown at the line that it quotes.
         here = [one for one in failures if one.line == number and line.strip() in one.text]
-        kind = ' class="at"' if here else ''
-        shown.append(f'<span{kind}><i>{number}</i> {escaped(line)}</span>')
-        marks = map(failure_html, failures_alike(here))
-        shown.extend(f'<span class="mark">{mark}</span>' for mark in marks)
+        first = min(here, key=lambda one: one.t, default=None)
+        at = f' class="at" data-t="{first.t:g}" data-robot="{first.robot}"' if first else ''
+        shown.append(f'<span{at}><i>{number}</i> {escaped(line)}</span>')
     head = f'<h2>{escaped(name)} {element("span", what, "soft")}</h2>'
     return f'<section class="listing">\n{head}\n<pre>{"".join(shown)}</pre>\n</section>'
 
 
-def _origin(run: Run) -> Iterator[str]:
-    info = run.info
-    yield '<section>\n<h2>How it was made</h2>'
-    if info.command:
-        yield f'<pre>{element("code", shlex.join(info.command))}</pre>'
-    made: dict[str, object] = {}
-    if origin := info.origin:
-        made = {'setcmas': origin.setcmas, **origin.versions, **origin.host}
-        made['computer'] = made.pop('name', '')
-    yield _terms([*made.items(), ('seed', info.seed)])
-    given = [pair for pair in flat(info.parameters).items() if pair[1] not in (None, [])]
-    yield f'<details>\n<summary>All options</summary>\n{_terms(given)}\n</details>\n</section>'
-
-
-def _terms(entries: Iterable[tuple[str, object]]) -> str:
-    lines = (element('dt', name) + element('dd', value) for name, value in entries)
-    return f'<dl>\n{_joined(lines)}\n</dl>'
-
-
-def _joined(lines: Iterable[str]) -> str:
-    return '\n'.join(lines)
+def _terms(entries: Mapping[str, object]) -> str:
+    lines = (element('dt', name) + element('dd', value) for name, value in entries.items())
+    return f'<dl>{"".join(lines)}</dl>'

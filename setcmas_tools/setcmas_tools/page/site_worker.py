@@ -13,7 +13,7 @@ import time
 import zipfile
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import CodeType
@@ -241,7 +241,7 @@ def _checked(asked: Answer, page: _Page) -> Answer:
 def _plotted(_: Answer, page: _Page) -> Answer:
     from setcmas_tools.page.report_file import plot_pictures
 
-    return {'plots': [asdict(one) for one in plot_pictures(_run_made(), page.warn)]}
+    return {'plots': [*plot_pictures(_run_made(), page.warn)]}
 
 
 def _reported(asked: Answer, page: _Page) -> Answer:
