@@ -72,17 +72,6 @@ def test_a_bearing_formation_ends_at_the_projection_of_its_starts(tmp_path):
     assert rate == pytest.approx(0.2 * (2 - np.sqrt(2)), rel=0.01)
 
 
-def test_robots_on_a_line_spread_evenly_at_the_rate_of_the_theory():
-    starts = [[1.0, 9.5, 0.2, 4.0], [0.5] * 4, [0.0] * 4]
-    settings = {'BOX': [[0, 0], [10, 1]], 'SLOW': 0.0}
-    run = simulate('coverage', 4, 140.0, poses=starts, set=settings, **SLOWER)
-    places = np.array([3.75, 8.75, 1.25, 6.25])
-
-    assert run.poses[-1, 0] == pytest.approx(places, abs=1e-3)
-    rate = decay(run.t, run.poses[:, 0] - places)
-    assert rate == pytest.approx(0.5 * np.sin(np.pi / 8) ** 2, rel=0.01)
-
-
 def nearest(run, k):
     """Return points of the box, the nearest robot of each, and the squared distance to it."""
     x, y = np.meshgrid(*2 * [np.linspace(-6, 6, 241)])

@@ -71,15 +71,6 @@ def test_two_circling_robots_lock_with_the_predicted_lag(options, difference):
         assert np.ptp(run.poses[-1, 2]) == pytest.approx(lag.predicted, rel=0.02)
 
 
-@pytest.mark.parametrize('share', [0.95, 1.05])
-def test_circling_robots_lock_from_the_least_coupling_on(share):
-    run = simulate('kuramoto', 3, 300.0, graph='path', set={'K': share * 0.15})
-    phases = np.array([one.value for one in run.messages]).reshape(-1, 3)
-    turned = phases[-1] - phases[-250]  # in 50 s
-
-    assert (np.ptp(turned) < 0.01) == (share > 1)
-
-
 def test_phases_of_a_complete_graph_converge_at_the_rate_k():
     options = {'set': {'DW': 0.0}, 'random_poses': 'auto', 'seed': 1}
     rate = figures(simulate('kuramoto', 6, 60.0, **options, **THEORY)).figure(RATE)

@@ -47,13 +47,6 @@ def heard(poses):
     return np.array([x, y, np.arctan2(2 * w * z, w * w - z * z)])
 
 
-def meet(robotNo, nbRobots, poses, t):
-    """Consensus, as the built-in law has it, when all hear all."""
-    gaps = poses[:2, robotNo - 1, None] - poses[:2]
-    vx, vy = -0.5 / (1 + (nbRobots - 1)) * gaps @ (np.arange(nbRobots) != robotNo - 1)
-    return (0.0, 0.0) if vx * vx + vy * vy < 0.01 * 0.01 else (vx, vy)
-
-
 def swing(robotNo, nbRobots, poses, t):
     """Asks for all that a law can: fast, slow, backwards, by time and by heading."""
     x, y, theta = poses[:, robotNo - 1]
@@ -71,12 +64,6 @@ def test_a_simulator_written_from_the_page_gets_the_same_numbers(options):
     ours = simulator(swing, start_poses(8), 60, **options)
 
     assert np.array_equal(ours, np.asarray(simulate(swing, 8, 60, **options).poses))
-
-
-def test_its_consensus_is_the_built_in_law():
-    ours = simulator(meet, start_poses(8), 60)
-
-    assert np.array_equal(ours, np.asarray(simulate('consensus', 8, 60).poses))
 
 
 def test_the_page_has_the_numbers_that_the_simulator_uses():

@@ -96,24 +96,3 @@ def test_simulated_time_is_refused_by_nodes_that_do_not_follow_it(node_in):
 
     node = node_in('-p', 'use_sim_time:=true', follows_clock=True)
     assert node.describe_parameter('use_sim_time').read_only
-
-
-def test_a_line_of_the_log_names_its_caller_as_those_of_rclpy_do(capfd):
-    code = """
-import rclpy
-from setcmas_simu.ros.fleet_node import FleetNode
-rclpy.init()
-log = FleetNode('a').get_logger()
-def talk():
-    log.info('first')
-    log.info('second', once=True)
-    log.debug('hidden')
-talk()
-talk()
-"""
-    form = '{severity} {name} {function_name} {line_number} {message}'
-    environment = os.environ | {'RCUTILS_CONSOLE_OUTPUT_FORMAT': form}
-    subprocess.check_call([sys.executable, '-c', code], env=environment)
-    written = capfd.readouterr().err.splitlines()
-    first = 'INFO a talk 7 first'
-    assert written == [first, 'INFO a talk 8 second', first]
