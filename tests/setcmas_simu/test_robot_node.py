@@ -1,5 +1,7 @@
 """Nodes of robots: their names and parameters, what they hear, and the order of their steps."""
 
+from types import SimpleNamespace
+
 import pytest
 
 pytest.importorskip('rclpy')
@@ -11,6 +13,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robot_node import RobotNode, StepTime, run_steps
 from setcmas_simu.ros import fleet_node, qos
 from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.polling import UNREADABLE
 
 
 @pytest.fixture
@@ -91,6 +94,15 @@ def test_the_newest_message_is_returned_once(node_of, peer):
 
     assert count().data == 3
     assert count() is None
+
+
+def test_a_message_that_cannot_be_read_is_left_out(node_of, monkeypatch):
+    def take(*_):
+        raise UNREADABLE('cut short')  # by other middleware than Fast DDS, which skips it itself
+
+    node, topic = node_of(), SimpleNamespace(handle=SimpleNamespace(take_message=take))
+    monkeypatch.setattr(node, 'create_subscription', lambda *_, **__: topic)
+    assert node.newest(UInt16, 'count')() is None
 
 
 def test_fixed_parameters_come_from_the_start(node_of):

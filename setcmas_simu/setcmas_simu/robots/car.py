@@ -46,12 +46,8 @@ class Car(RobotModel):
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
         """Return the states one period later."""
         V, omega = commands[0], commands[2]
-        return unicycle.driven(states, V, _steered(V, omega), Ts)
-
-
-def _steered(V: Floats, omega: Floats) -> Floats:
-    most = np.abs(V) / SMALLEST_RADIUS
-    return np.clip(omega, -most, most)
+        most = np.abs(V) / SMALLEST_RADIUS
+        return unicycle.driven(states, V, np.clip(omega, -most, most), Ts)
 
 
 CAR = Car()

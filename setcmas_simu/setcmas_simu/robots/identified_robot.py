@@ -72,7 +72,10 @@ class IdentifiedRobot(RobotModel):
         """Return the states one period later."""
         later = states.copy()
         ages, remembered = self._remembered(later)
-        self._remember(ages, remembered, self.slowed_down(commands))
+        # On the same curve within the limits, as the cmd_vel bridge does in an experiment.
+        wanted = commands[[0, 2]].T.tolist()
+        slower = np.transpose([self.limits.scaled_down(V, omega) for V, omega in wanted])
+        self._remember(ages, remembered, slower)
         means = np.empty((2, states.shape[1]))
         for row, (delay, gain, lag) in enumerate(
             zip(self._delays, self._gains, self._lags, strict=True)
@@ -89,15 +92,6 @@ class IdentifiedRobot(RobotModel):
             later[_LAGS][row] = speed
         ages += Ts
         return unicycle.driven(later, means[0], means[1], Ts)
-
-    def slowed_down(self, commands: Floats) -> Floats:
-        """Return forward speeds and turn rates (2, N) within the limits, on the same curves.
-
-        That is what the cmd_vel bridge makes of commands (3, N) in an experiment.
-        """
-        wanted = commands[[0, 2]].T.tolist()
-        slower: Floats = np.transpose([self.limits.scaled_down(V, omega) for V, omega in wanted])
-        return slower
 
     def _remembered(self, states: Floats) -> tuple[Floats, Floats]:
         """Return views of the commands' ages in s, (K, N), and of their speeds, (2, K, N)."""
