@@ -79,20 +79,18 @@ def nearest(run, k):
     return np.array([x, y]), squares.argmin(axis=0), squares.min(axis=0)
 
 
-@pytest.mark.parametrize('options', [SLOWER, {}])
-def test_coverage_ends_in_the_centroids_of_the_cells(options):
+def test_coverage_ends_in_the_centroids_of_the_cells():
     starts = {'random_poses': 'box=4x4,distance=0.5', 'seed': 1}
-    run = simulate('coverage', 6, 60.0, **starts, **options)
+    run = simulate('coverage', 6, 60.0, **starts, **SLOWER)
     points, cell, _ = nearest(run, -1)
     found = run.metrics()
 
     for robot in range(6):
         centroid = points[:, cell == robot].mean(axis=1)
         assert run.poses[-1, :2, robot] == pytest.approx(centroid, abs=0.1)
-    if options:
-        assert found['coverage'].largest_rise_percent == 0.0
-        costs = [nearest(run, k)[2].mean() for k in range(0, len(run.t), 100)]
-        assert np.diff(costs).max() < 1e-3
+    assert found['coverage'].largest_rise_percent == 0.0
+    costs = [nearest(run, k)[2].mean() for k in range(0, len(run.t), 100)]
+    assert np.diff(costs).max() < 1e-3
     assert found['coverage'].cost_at_end_m4 < 0.4 * found['coverage'].cost_at_start_m4
 
 

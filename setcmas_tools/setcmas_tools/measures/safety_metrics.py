@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -55,19 +55,21 @@ def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Meas
             touched.append((robot, others[j], round(t, 3)))
     if not np.isfinite(least):
         return None
-    first, largest = sorted(touched, key=lambda one: one[2]), _largest_distance_at_end(grid)
+    first = sorted(touched, key=lambda one: one[2])
+    largest = distances_of_pairs(grid)[2][np.isfinite(grid.x).all(axis=0)]
+    at_end = float(largest[-1]) if len(largest) else None
     values = {
         'least_separation_m': least,
         'least_separation_time_s': when,
         'least_separation_robots': pair,
-        'largest_distance_at_end_m': largest,
+        'largest_distance_at_end_m': at_end,
         'pairs_that_touched': len(touched),
         'first_collisions': first[:_MOST_TOUCHES],
     }
     lines = [
         f'least separation: {least:.2f} m at {when:.1f} s between robots {pair[0]} and {pair[1]}',
         'largest distance between two robots at the end: '
-        f'{"-" if largest is None else format(largest, ".2f")} m',
+        f'{"-" if at_end is None else format(at_end, ".2f")} m',
     ]
     return Measured(values, lines + _collisions(first))
 
@@ -114,12 +116,10 @@ def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
 
     NaN where a robot is missing.
     """
-    # One robot at a time: all pairs at once would take gigabytes for a long run of 50 robots.
     smallest = np.full(len(grid.t), np.nan)
     largest = smallest.copy()
     total, count = np.zeros(len(grid.t)), np.zeros(len(grid.t))
-    for i in range(len(grid.robots) - 1):
-        d = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
+    for d in _distances_to_later_robots(grid):
         smallest = np.fmin(smallest, np.fmin.reduce(d))
         largest = np.fmax(largest, np.fmax.reduce(d))
         total += np.nansum(d, axis=0)
@@ -130,12 +130,10 @@ def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
     return smallest, mean, largest
 
 
-def _largest_distance_at_end(grid: FleetGrid) -> float | None:
-    known = np.flatnonzero(np.isfinite(grid.x).all(axis=0))
-    if not len(known):
-        return None
-    x, y = grid.x[:, known[-1]], grid.y[:, known[-1]]
-    return float(np.hypot(x[:, None] - x, y[:, None] - y).max())
+def _distances_to_later_robots(grid: FleetGrid) -> Iterator[Floats]:
+    """Yield the distances of each robot in m; all pairs at once would take gigabytes."""
+    for i in range(len(grid.robots) - 1):
+        yield np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
 
 
 def obstacle_distance(run: Run) -> Measured | None:
@@ -215,8 +213,7 @@ def _time_outside(grid: FleetGrid, arena: Arena) -> float:
 def _time_too_near(grid: FleetGrid, least: float) -> float:
     """Return how long pairs of robots were closer than a distance (m), summed over pairs."""
     near = np.zeros(len(grid.t))
-    for i in range(len(grid.robots) - 1):
-        distances = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
+    for distances in _distances_to_later_robots(grid):
         near += (distances < least).sum(axis=0)
     return _time(grid.t, near)
 
