@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -27,10 +28,10 @@ from setcmas_tools.grade.generic_mistakes import (
     fixed_length,
     generic_conversions,
     generic_laws,
-    other_turn_rate,
+    named_multiple,
+    other_constant,
     plain_multiple,
-    scaled,
-    shares,
+    scaled_part,
     times_too,
     tried,
 )
@@ -81,10 +82,10 @@ def _explanation(
     if function is Function.CONDITION:
         groups += [_generic_conditions(calls), _other_distance(calls), _same_times(calls)]
     elif function is Function.SI_TO_UNI:
-        groups += [generic_conversions(calls), other_turn_rate(calls)]
+        groups += [generic_conversions(calls), _terms(calls, mistakes, 'si_to_uni')]
     else:
-        groups += [generic_laws(calls), scaled(calls), _terms(calls, mistakes)]
-        groups += [plain_multiple(calls), fixed_length(calls)]
+        groups += [generic_laws(calls), named_multiple(calls), other_constant(calls)]
+        groups += [_terms(calls, mistakes, 'law'), plain_multiple(calls), fixed_length(calls)]
         groups += [
             _some_robots(calls, each) for each in (generic_laws, plain_multiple, fixed_length)
         ]
@@ -141,28 +142,29 @@ def _named(robots: NDArray[np.int_]) -> str:
     return f'robot{"s" * (robots.size > 1)} {", ".join(map(str, robots))}'
 
 
-def _terms(calls: Sequence[Calls], mistakes: Sequence[TypicalMistake]) -> Iterator[Explanation]:
+def _terms(
+    calls: Sequence[Calls], mistakes: Sequence[TypicalMistake], what: str
+) -> Iterator[Explanation]:
     """Yield explanations by the factor of a term, which a mistake leaves out."""
     for mistake, rest in _answered(calls, mistakes):
-        steps = [one.solution - each for one, each in zip(calls, rest, strict=True)]
-        for factor in shares(calls, rest, steps) if mistake.term else ():
-            answers = [each + factor * step for each, step in zip(rest, steps, strict=True)]
-            hint = _term_hint(mistake.term, factor, calls[0].values)
-            yield from tried(hint, calls, answers)
+        if mistake.term:
+            part = [one.solution - each for one, each in zip(calls, rest, strict=True)]
+            hint_of = partial(_term_hint, f'In your {what}, {mistake.term}', calls[0].values)
+            yield from scaled_part(hint_of, calls, rest, part)
 
 
-def _term_hint(term: str, factor: float, constants: Mapping[str, float]) -> str:
+def _term_hint(begin: str, constants: Mapping[str, float], factor: float) -> str:
     sign = ' has the wrong sign, and' if factor < 0 else ''
     size = abs(factor)
     if abs(size - 1) < EQUAL:
-        return f'In your law, {term} has the wrong sign; the rest is right.'
+        return f'{begin} has the wrong sign; the rest is right.'
     question = '; the rest is right.'
     for name, value in constants.items():
         if value % 1 and abs(size * value - 1) < EQUAL:
             question = f': is {name} missing?'
         elif value % 1 and abs(size / value - 1) < EQUAL:
             question = f': does {name} multiply it, too?'
-    return f'In your law, {term}{sign} is {times_too(size)}{question}'
+    return f'{begin}{sign} is {times_too(size)}{question}'
 
 
 _TOGETHER = (

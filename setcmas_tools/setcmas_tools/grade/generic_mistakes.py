@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +22,7 @@ _LEFT = 0.1
 """Share of the calls unlike the solution's that an explanation may leave unexplained."""
 _FEWEST = 10  # calls to estimate a factor from
 EQUAL = 0.02  # relative difference of factors
-_SMALLEST = 1e-4  # factor of a turn rate
+_SMALLEST = 1e-4  # factor; smaller ones are as good as 0
 
 YOURS = 'Your velocities'
 """First words of hints about velocities; also those of some of the robots."""
@@ -58,19 +59,18 @@ COMMANDS: tuple[tuple[str, list[list[int]]], ...] = (
     ('Your V has the wrong sign; the turn rate is right.', [[-1, 0], [0, 1]]),
     ('Your V and your turn rate both have the wrong sign.', [[-1, 0], [0, -1]]),
     ('You return the turn rate first: return V, omega, in this order.', [[0, 1], [1, 0]]),
-    ('Your robots never turn: your turn rate is always zero.', [[1, 0], [0, 0]]),
     ('Your robots turn, but your V is always zero.', [[0, 0], [0, 1]]),
     ('Your robots do not move: V and the turn rate are always zero.', [[0, 0], [0, 0]]),
 )
 """What V and omega are, and the matrix that makes them of the right ones."""
 
 
-FACTORS: dict[str, Callable[[int], float]] = {
+FACTORS: dict[str, Callable[[Any], Any]] = {
     'N': lambda n: n,
     'N-1': lambda n: n - 1,
     'N/(N-1)': lambda n: n / (n - 1),
     'N squared': lambda n: n * n,
-    '180/pi': lambda _: 180 / math.pi,
+    '180/pi': lambda n: 180 / math.pi + 0 * n,
 }
 """Factors by name, above 1, for fleets of N robots; they multiply or divide."""
 
@@ -163,68 +163,37 @@ def generic_conversions(calls: Sequence[Calls]) -> Iterator[Explanation]:
         yield from tried(hint, calls, _turned(calls, matrix), is_multiple=True)
 
 
-def other_turn_rate(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a si_to_uni whose turn rate is wrong by a factor."""
-    own, right = (
-        np.concatenate([each.reshape(-1, 2)[:, 1] for each in found])
-        for found in ([one.own for one in calls], [one.solution for one in calls])
-    )
-    turns = np.abs(right) > CLOSE
-    if turns.sum() < _FEWEST:
-        return
-    factor = float(np.median(own[turns] / right[turns]))
-    size = abs(factor)
-    if size < _SMALLEST:
-        return  # as good as zero
-    sign = ' and has the wrong sign' if factor < 0 else ''
-    hint = (
-        f'V is right, but your turn rate is {times_too(size)}{sign}. '
-        'Does it depend on L as in the formula?'
-    )
-    yield from tried(hint, calls, [one.solution * (1.0, factor) for one in calls])
-
-
 def times_too(size: float) -> str:
     """Return by which factor something is too large or too small, such as '3 times too large'."""
     return f'{size:.3g} times too large' if size > 1 else f'{1 / size:.3g} times too small'
 
 
-def scaled(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield explanations by a factor that has a name, otherwise by another constant."""
-    found = [*_multiple(calls)]
-    yield from found or _constants(calls)
-
-
-def _multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation by a factor that has a name."""
-    factors = [_factor(one, one.solution) for one in calls]
-    sizes = [one.scenario.nb_robots for one in calls]
-    known = [place for place, factor in enumerate(factors) if math.isfinite(factor)]
-    found = [factors[place] for place in known]
+def named_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations by a factor of the velocities that has a name."""
+    factors = np.array([_factor(one, 0.0 * one.solution, one.solution) for one in calls])
+    sizes, known = np.array([float(one.scenario.nb_robots) for one in calls]), np.isfinite(factors)
+    if not known.any() or sizes.min() < 2:
+        return
     for name, of_size in FACTORS.items():
-        for power in (1, -1):
-            wanted = [of_size(size) ** power for size in sizes if size > 1]
-            if len(wanted) < len(sizes) or not known:
-                return
-            if _are_equal(found, [wanted[place] for place in known]):
+        for wanted in (of_size(sizes), 1.0 / of_size(sizes)):
+            if _are_equal(factors[known], wanted[known]):
                 names = [name, ', where N is the number of robots'] if 'N' in name else [name, '']
-                if 'N' in name and len({sizes[place] for place in known}) == 1:
+                if 'N' in name and len({*sizes[known]}) == 1:
                     # It may be another number.
-                    names = [f'{of_size(sizes[known[0]]):.3g}', f' ({name} for N robots)']
+                    names = [f'{of_size(sizes[known][0]):.3g}', f' ({name} for N robots)']
                 yield from _by_factors(calls, wanted, *names)
 
 
 def plain_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation by any factor, the same in all scenarios."""
-    found = [_factor(one, one.solution) for one in calls]
-    known = [factor for factor in found if math.isfinite(factor) and factor]
-    if known and _are_equal(known, known[:1] * len(known)):
-        size = abs(known[0])
-        yield from _by_factors(calls, known[:1] * len(calls), f'{max(size, 1 / size):.3g}')
+    """Yield the explanation by any factor of the velocities, the same in all scenarios."""
+    right = [one.solution for one in calls]
+    for factor in _shared_factor(calls, [0.0 * one for one in right], right):
+        size = abs(factor)
+        yield from _by_factors(calls, [factor] * len(calls), f'{max(size, 1 / size):.3g}')
 
 
 def _by_factors(
-    calls: Sequence[Calls], factors: Sequence[float], name: str, explained: str = ''
+    calls: Sequence[Calls], factors: Sequence[float] | Floats, name: str, explained: str = ''
 ) -> Iterator[Explanation]:
     answers = [factor * one.solution for factor, one in zip(factors, calls, strict=True)]
     size = 'large' if abs(factors[0]) > 1 else 'small'
@@ -235,33 +204,66 @@ def _by_factors(
     yield from tried(hint, calls, answers, is_multiple=True)
 
 
-def shares(
-    calls: Sequence[Calls], starts: Sequence[Floats], steps: Sequence[Floats]
+def other_constant(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations by another value of a constant, in which the law must be affine."""
+    for name in set.intersection(*(set(one.values) for one in calls)):
+        steps = [one.answers[name] - one.solution for one in calls]  # the constant is doubled
+        rest = [one.solution - step for one, step in zip(calls, steps, strict=True)]
+        hint_of = partial(_constant_hint, name, calls[0].values[name])
+        yield from scaled_part(hint_of, calls, rest, steps, (0.0, -1.0), is_multiple=True)
+
+
+def _constant_hint(name: str, right: float, ratio: float) -> str:
+    if abs(ratio) < EQUAL:
+        return f'Your robots move as if {name} were 0: the term with {name} has no effect.'
+    if abs(ratio + 1) < EQUAL:
+        return f'The term with {name} has the wrong sign; the rest is right.'
+    found = f'{ratio * right:.3g}, not {right:g}'
+    return f'Your robots move as if {name} were {found}; the rest is right.'
+
+
+def scaled_part(
+    hint_of: Callable[[float], str],
+    calls: Sequence[Calls],
+    rest: Sequence[Floats],
+    part: Sequence[Floats],
+    further: Iterable[float] = (),
+    is_multiple: bool = False,
+) -> Iterator[Explanation]:
+    """Yield explanations by a factor of a part of the right answers: measured, and some further.
+
+    `hint_of` returns the hint for a factor.
+    """
+    for factor in (*further, *_shared_factor(calls, rest, part)):
+        answers = [one + factor * other for one, other in zip(rest, part, strict=True)]
+        yield from tried(hint_of(factor), calls, answers, is_multiple)
+
+
+def _shared_factor(
+    calls: Sequence[Calls], rest: Sequence[Floats], part: Sequence[Floats]
 ) -> list[float]:
-    """Return the x for which all submissions are start + x * step; nothing if it varies."""
-    each = zip(calls, steps, starts, strict=True)
-    known = [share for share in (_factor(*one) for one in each) if math.isfinite(share)]
-    return known[:1] if known and _are_equal(known, known[:1] * len(known)) else []
+    """Return the x for which all submissions are rest + x * part, unless it varies or is 0."""
+    found = np.array([_factor(*each) for each in zip(calls, rest, part, strict=True)])
+    known = found[np.isfinite(found)]
+    is_one = known.size and abs(known[0]) > _SMALLEST and _are_equal(known, known[0])
+    return [float(known[0])] if is_one else []
 
 
-def _factor(calls: Calls, direction: Floats, start: Floats | None = None) -> float:
-    """Return the x for which the submission is start + x * direction; NaN if unknown.
+def _factor(calls: Calls, rest: Floats, part: Floats) -> float:
+    """Return the x for which the submission is rest + x * part; NaN if unknown.
 
     Where the submission is saturated, only its direction is known.
     """
-    moves = np.hypot(direction[..., 0], direction[..., 1]) > CLOSE / 10
+    moves = np.hypot(part[..., 0], part[..., 1]) > CLOSE / 10
     free = calls.is_free & moves
     if free.sum() >= _FEWEST:
-        own = calls.own[free] if start is None else calls.own[free] - start[free]
-        along = direction[free]
+        own, along = calls.own[free] - rest[free], part[free]
         return float(np.median((own * along).sum(-1) / (along * along).sum(-1)))
-    if start is None:
-        return math.nan
-    across = _cross(calls.own, direction)
+    across = _cross(calls.own, part)
     known = calls.is_known & (np.abs(across) > CLOSE * calls.limit)
     if known.sum() < _FEWEST:
         return math.nan
-    return float(np.median(-_cross(calls.own, start)[known] / across[known]))
+    return float(np.median(-_cross(calls.own, rest)[known] / across[known]))
 
 
 def _cross(first: Floats, second: Floats) -> Floats:
@@ -269,32 +271,8 @@ def _cross(first: Floats, second: Floats) -> Floats:
     return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
 
 
-def _are_equal(factors: Sequence[float], others: Sequence[float]) -> bool:
+def _are_equal(factors: Floats, others: Floats | float) -> bool:
     return bool(np.allclose(factors, others, rtol=EQUAL, atol=1e-6))
-
-
-def _constants(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield explanations by another value of a constant, in which the law must be affine."""
-    for name in set.intersection(*(set(one.values) for one in calls)):
-        steps = [one.answers[name] - one.solution for one in calls]
-        found = [1 + share for share in shares(calls, [one.solution for one in calls], steps)]
-        plain = [one for one in (0.0, -1.0) if not (found and _are_equal([one], found))]
-        ratios = plain + found
-        value = calls[0].values[name]
-        for ratio in ratios:
-            answers = [
-                one.solution + (ratio - 1) * step for one, step in zip(calls, steps, strict=True)
-            ]
-            hint = _constant_hint(name, value * ratio, value)
-            yield from tried(hint, calls, answers, is_multiple=True)
-
-
-def _constant_hint(name: str, found: float, right: float) -> str:
-    if abs(found) < EQUAL * abs(right):
-        return f'Your robots move as if {name} were 0: the term with {name} has no effect.'
-    if abs(found + right) < EQUAL * abs(right):
-        return f'The term with {name} has the wrong sign; the rest is right.'
-    return f'Your robots move as if {name} were {found:.3g}, not {right:g}; the rest is right.'
 
 
 def fixed_length(calls: Sequence[Calls]) -> Iterator[Explanation]:

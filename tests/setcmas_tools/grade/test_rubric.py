@@ -69,27 +69,11 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
     [
         ('title:', 'titel:', 1, 'did you mean title'),
         ('mine.py', 'yours.py', 2, "no file 'yours.py'"),
-        ('nb_robots: 3', 'nb_robots: none', 5, "nb_robots is 'none'"),
-        ('1, 2]', '1]', 7, 'such as [1.0, 2.0, 1.57]'),
         ('2: [', '5: [', 7, 'the fleet has robots 1 to 3'),
-        ('graph', 'grap', 8, 'did you mean graph'),
-        ('loss: 1e-1', 'set: K', 9, 'such as {K: 1.2}'),
         ('loss: 1e-1', 'compared_robots: [4]', 9, 'a whole number from 1 to 3'),
-        ('links', 'knots', 8, 'knots.yaml'),
-        (
-            'metric: disagreement',
-            'metric: disagrement',
-            11,
-            "metric is 'disagrement'; did you mean disagreement? It must be disagreement, ",
-        ),
+        ('disagreement', 'disagrement', 11, "metric is 'disagrement'; did you mean disagreement?"),
         ('at_most: 0.1, ', '', 11, 'one of at_most, at_least'),
-        ('none_at: 1', 'none_at: 0.1', 11, 'it must be above 0.1'),
-        (
-            'at_most: 0.1, ',
-            'at_most: 0.1, at_least: 0, ',
-            11,
-            'has two bounds, at_most and at_least',
-        ),
+        ('at_most: 0.1, ', 'at_most: 1, at_least: 0, ', 11, 'two bounds, at_most and at_least'),
         ('metric: path_error', 'metric: filter_overruled_s', 4, 'add filter: barrier'),
         ('at_most: 0.2', 'between: [2, 1]', 12, 'the smaller one first'),
         ('needs: dis', 'needs: ', 12, "an earlier criterion: 'disagreement at most 0.1 m'"),
@@ -105,9 +89,7 @@ def test_a_mistake_is_reported_with_its_line(read, old, new, line, words):
     assert '\n' not in str(error.value)
 
 
-def test_names_of_laws_mean_those_that_ship_wherever_the_command_is_typed(
-    read, tmp_path, monkeypatch
-):
+def test_names_of_laws_mean_those_that_ship(read, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'consensus.py').write_text('mine = True')
     assert read('mine.py', 'consensus').solution == ALGORITHMS.file('consensus')
