@@ -98,10 +98,7 @@ def test_json_has_marks_hints_and_status_for_programs(tmp_path, law, status, sco
 
 @pytest.mark.parametrize(
     ('law', 'score', 'output'),
-    [
-        (RIGHT, 1, 'reached 0 m'),
-        ('def control(', 0, "SyntaxError: '(' was never closed"),
-    ],
+    [(RIGHT, 1, 'reached 0 m'), ('def control(', 0, "SyntaxError: '(' was never closed")],
 )
 @pytest.mark.nightly
 def test_the_autograder_of_the_guide_writes_what_gradescope_reads(tmp_path, law, score, output):
@@ -122,8 +119,6 @@ def test_the_autograder_of_the_guide_writes_what_gradescope_reads(tmp_path, law,
     subprocess.run([sys.executable, tmp_path / 'run_autograder'], check=True)
 
     results = json.loads((tmp_path / 'results/results.json').read_text())
-    tests = results.get('tests', [])
-    assert results.get('score', 0) + sum(one['score'] for one in tests) == score
-    assert output in results.get('output', '') + ''.join(one['output'] for one in tests)
-    assert all({'name', 'score', 'max_score', 'output'} == one.keys() for one in tests)
-    assert bool(tests) != ('score' in results)  # Gradescope adds up the tests, or takes the score
+    tests = results.get('tests', [results])  # Gradescope adds up the tests, or takes the score
+    assert sum(one['score'] for one in tests) == score
+    assert output in tests[0]['output']

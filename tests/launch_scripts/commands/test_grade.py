@@ -16,23 +16,28 @@ from setcmas_tools.grade.class_grading import KEPT, Grader
 from setcmas_tools.submissions.sandbox import NoProcessError
 
 LAW = ALGORITHMS.file('consensus').read_text()
-
-
-SLOW = """
-
-
+SLOW = f"""{LAW}
+law = control
 def control(*args):
     import time
-
     time.sleep(0.003)
     return law(*args)
 """
 
 
-def write_class(folder, **scripts):
-    folder.mkdir()
-    for name, source in scripts.items():
-        (folder / f'{name}.py').write_text(source)
+@pytest.fixture
+def grade(tmp_path, monkeypatch):
+    """A function that grades scripts by name in this process; returns the exit status."""
+    monkeypatch.chdir(tmp_path)
+
+    def grade(*options, **scripts):
+        for name, source in scripts.items():
+            path = tmp_path / 'class' / f'{name}.py'
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(source)
+        return main(['grade', 'class', '-R', 'consensus', '--jobs', '1', *options])
+
+    return grade
 
 
 @pytest.mark.parametrize(
@@ -52,23 +57,22 @@ def test_mistakes_are_reported_in_a_line(tmp_path, arguments, message):
     refuses('grade', *arguments, message=message, cwd=tmp_path)
 
 
-def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    write_class(tmp_path / 'class', ada='open("touched", "w")\n' + LAW)
+def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(
+    grade, tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr('setcmas_tools.grade.class_grading.obstacle', lambda: 'no bwrap')
 
-    assert main(['grade', 'class', '-R', 'consensus']) == 2
+    assert grade(ada='open("touched", "w")\n' + LAW) == 2
 
     assert 'no sandbox: no bwrap; or add --trust to grade without' in capsys.readouterr().err
     assert not (tmp_path / 'touched').exists()
 
 
-def test_corrections_in_the_folder_of_the_class_are_not_overlooked(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    write_class(tmp_path / 'class', ada=LAW)
+def test_corrections_in_the_folder_of_the_class_are_not_overlooked(grade, tmp_path, capsys):
+    (tmp_path / 'class').mkdir()
     (tmp_path / 'class' / 'corrections.yaml').touch()
 
-    assert main(['grade', 'class', '-R', 'consensus', '--trust']) == 2
+    assert grade('--trust', ada=LAW) == 2
 
     told = "move 'class/corrections.yaml' to 'grades', or name it with --corrections"
     assert told in capsys.readouterr().err
@@ -79,27 +83,21 @@ def test_corrections_in_the_folder_of_the_class_are_not_overlooked(tmp_path, mon
     [(NoProcessError('no memory'), 2, 'no memory'), (KeyError(1), 1, 'setcmas failed')],
 )
 def test_what_is_no_fault_of_a_submission_has_an_exit_status(
-    tmp_path, monkeypatch, capsys, error, status, message
+    grade, tmp_path, monkeypatch, capsys, error, status, message
 ):
-    monkeypatch.chdir(tmp_path)
-    write_class(tmp_path / 'class', ada=LAW)
     monkeypatch.setattr(Grader, 'marks', Mock(side_effect=error))
 
-    assert main(['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']) == status
+    assert grade('--trust', ada=LAW) == status
 
     assert message in ''.join(capsys.readouterr())
+    assert not list((tmp_path / 'grades' / KEPT).iterdir())
 
 
 @pytest.mark.nightly
-def test_grades_that_need_a_decision_are_counted_in_the_last_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    write_class(tmp_path / 'class', ada='no = law\n')
-    (tmp_path / 'class' / 'bob').mkdir()
-    for name in 'ab':
-        (tmp_path / 'class' / 'bob' / f'{name}.py').write_text(f'{LAW}# {name}\n')
-
-    command = ['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']
-    assert main(command) == 0
+def test_grades_that_need_a_decision_are_counted_in_the_last_line(grade, tmp_path, capsys):
+    (tmp_path / 'class/bob').mkdir(parents=True)
+    scripts = {'ada': 'no = law\n', 'bob/a': LAW, 'bob/b': f'{LAW}# another\n'}
+    assert grade('--trust', **scripts) == 0
 
     *_, last = capsys.readouterr().out.splitlines()
     assert last.startswith('1 submission without a grade: the remarks say why')
@@ -111,16 +109,13 @@ def test_grades_that_need_a_decision_are_counted_in_the_last_line(tmp_path, monk
         'author: Ann\ndate: 2026-11-22\n'
         'corrections: [{student: bob, total: 3, reason: seen by hand}]\n'
     )
-    assert main(command) == 0
+    assert grade('--trust') == 0
     assert 'bob,,,bob,,3,10,' in (tmp_path / 'grades' / 'grades.csv').read_text()
 
 
 @pytest.mark.nightly
-def test_after_a_full_disk_the_same_command_goes_on(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    write_class(tmp_path / 'class', ada='no = law\n', bob='')
-    command = ['grade', 'class', '-R', 'consensus', '--trust', '--jobs', '1']
-    assert main(command) == 0
+def test_after_a_full_disk_the_same_command_goes_on(grade, tmp_path, monkeypatch, capsys):
+    assert grade('--trust', ada='no = law\n', bob='') == 0
     grades = tmp_path / 'grades'
     before = {path: path.read_bytes() for path in grades.rglob('*') if path.is_file()}
     write, left = Path.write_text, iter(range(3))
@@ -134,12 +129,11 @@ def test_after_a_full_disk_the_same_command_goes_on(tmp_path, monkeypatch, capsy
     (tmp_path / 'class' / 'bob.py').unlink()
     with monkeypatch.context() as patch:
         patch.setattr(Path, 'write_text', on_a_small_disk)
-        assert main(command) == 2
+        assert grade('--trust') == 2
     assert "'grades' cannot be written: No space left on device" in capsys.readouterr().err
     assert {path: path.read_bytes() for path in before if path.is_file()}.items() <= before.items()
-    assert (grades / 'students' / 'bob.html').is_file()
 
-    assert main(command) == 0
+    assert grade('--trust') == 0
     assert not (grades / 'students' / 'bob.html').exists()
     assert 'bob' not in (grades / 'grades.csv').read_text()
     assert 'bob' in (grades / 'grades.csv.bak').read_text()
@@ -149,8 +143,9 @@ def test_after_a_full_disk_the_same_command_goes_on(tmp_path, monkeypatch, capsy
 @needs_sandbox
 @pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGKILL])
 def test_a_grading_that_is_killed_leaves_no_process_and_goes_on(tmp_path, number):
-    slow = f'{LAW}\n\nlaw = control{SLOW}'
-    write_class(tmp_path / 'class', a=LAW, b=slow, c=slow)
+    (tmp_path / 'class').mkdir()
+    for name, source in {'a': LAW, 'b': SLOW, 'c': SLOW}.items():
+        (tmp_path / 'class' / f'{name}.py').write_text(source)
     command = ['grade', 'class', '-R', 'consensus', '-o', 'grades', '--jobs', '2']
     process = Process([*SETCMAS, *command], tmp_path / 'log', tmp_path, os.environ)
     while not list((tmp_path / 'grades' / KEPT).glob('*.json')):

@@ -1,5 +1,4 @@
 from dataclasses import replace
-from unittest.mock import Mock
 
 import msgspec
 import pytest
@@ -9,7 +8,7 @@ from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.script_calls import Function
 from setcmas_tools.grade import class_grading
-from setcmas_tools.grade.class_grading import KEPT, NOT_RUN, Grader, KeptMarks
+from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.submissions import Student, Submission, read_submissions
@@ -68,15 +67,6 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
     after = kept(tmp_path / 'one')
     assert len(after - before) == 1
     assert [marks.score for marks in again if marks.student.name == 'sign'] == [scores['slow']]
-
-
-def test_an_error_of_setcmas_is_not_the_submissions(tmp_path, monkeypatch):
-    monkeypatch.setattr(Grader, 'marks', Mock(side_effect=KeyError(1)))
-
-    (marks,) = grade(tmp_path, {'good': GOOD})
-
-    assert marks.failure.message == NOT_RUN
-    assert not kept(tmp_path)
 
 
 @pytest.mark.nightly

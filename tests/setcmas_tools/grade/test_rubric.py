@@ -73,6 +73,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('loss: 1e-1', 'compared_robots: [4]', 9, 'a whole number from 1 to 3'),
         ('disagreement', 'disagrement', 11, "metric is 'disagrement'; did you mean disagreement?"),
         ('at_most: 0.1, ', '', 11, 'one of at_most, at_least'),
+        ('none_at: 1', 'none_at: 0.1', 11, 'it must be above 0.1'),
         ('at_most: 0.1, ', 'at_most: 1, at_least: 0, ', 11, 'two bounds, at_most and at_least'),
         ('metric: path_error', 'metric: filter_overruled_s', 4, 'add filter: barrier'),
         ('at_most: 0.2', 'between: [2, 1]', 12, 'the smaller one first'),
