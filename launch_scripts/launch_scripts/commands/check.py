@@ -42,18 +42,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; return the exit status."""
-    from setcmas_tools.grade.check import Check, opened, runs_apart
+    from setcmas_tools.grade.check import Check, marks_of, opened, runs_apart
     from setcmas_tools.grade.mark_pictures import write_picture
     from setcmas_tools.grade.rubric import chosen_rubric
 
     if args.json and (args.show or args.output):
         raise SetcmasError('--json draws no picture; leave out --show and --output')
     call_timeout = OfflineOptions.of(args).call_timeout
-    with opened(args.law) as law:
-        rubric = chosen_rubric(law.script, args.rubric).shown()
-        picture = args.output or Path(f'{Path(law.submission.name).stem}_check.png')
-        marks = law.marks(rubric, runs_apart(law.script, rubric, call_timeout))
-        result = Check(marks, rubric.hidden_points)
+    with opened(args.law) as (script, submission):
+        rubric = chosen_rubric(script, args.rubric).shown()
+        run = runs_apart(script, rubric, call_timeout)
+        result = Check(marks_of(script, rubric, run, submission), rubric.hidden_points)
+    picture = args.output or Path(f'{Path(result.marks.submission).stem}_check.png')
     if args.json:
         print(json.dumps(result.plain()))
         return 0 if result.marks.is_full else SCRIPT_FAILED

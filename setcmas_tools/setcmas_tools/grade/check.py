@@ -20,7 +20,6 @@ from setcmas_tools.grade.mark_records import (
     Failure,
     LawRunner,
     Marks,
-    ScenarioMark,
     ScenarioRun,
     lines_of,
 )
@@ -56,14 +55,22 @@ class Check:
         return '\n'.join(lines_of(self.marks, self.hidden_points))
 
     def plain(self) -> dict[str, Any]:
-        """Return the check as JSON has it, for `setcmas check --json` and pages in a browser."""
-        marks = self.marks
-        scenarios = [_plain(one) for one in marks.scenarios]
+        """Return the check as JSON has it, for `setcmas check --json` and pages in a browser.
+
+        It has no paths; values that JSON does not have are None.
+        """
+        marks = asdict(self.marks)
+        for plain, scenario in zip(marks['scenarios'], self.marks.scenarios, strict=True):
+            plain['paths'] = ()
+            for criterion, one in zip(plain['criteria'], scenario.criteria, strict=True):
+                criterion['reached_text'] = one.reached_text
+                if not math.isfinite(one.reached or 0.0):
+                    criterion['reached'] = None
         return {
             'status': self.status,
-            'score': marks.score,
-            'max_score': marks.max_score,
-            'marks': {**asdict(replace(marks, scenarios=())), 'scenarios': scenarios},
+            'score': self.marks.score,
+            'max_score': self.marks.max_score,
+            'marks': marks,
         }
 
     @property
@@ -93,19 +100,6 @@ class Check:
         return f'<div>{text}</div>'
 
 
-def _plain(scenario: ScenarioMark) -> dict[str, Any]:
-    """Return a scenario without its paths; values that JSON does not have are None."""
-    criteria = [
-        {
-            **asdict(one),
-            'reached': one.reached if math.isfinite(one.reached or 0.0) else None,
-            'reached_text': one.reached_text,
-        }
-        for one in scenario.criteria
-    ]
-    return {**asdict(replace(scenario, paths=(), criteria=())), 'criteria': criteria}
-
-
 def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None) -> Check:
     """Mark your own law by the visible part of its rubric.
 
@@ -131,42 +125,40 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
         run = runs_here(law, chosen.function)
         marks = mark(chosen, run, Submission(name, Student(name)))
         return Check(marks, chosen.hidden_points)
-    with opened(str(law)) as own:
-        chosen = chosen_rubric(own.script, rubric).shown()
-        marks = own.marks(chosen, runs_here(str(own.script), chosen.function))
-        return Check(marks, chosen.hidden_points)
+    with opened(str(law)) as (script, submission):
+        chosen = chosen_rubric(script, rubric).shown()
+        run = runs_here(str(script), chosen.function)
+        return Check(marks_of(script, chosen, run, submission), chosen.hidden_points)
 
 
-@dataclass(frozen=True)
-class OwnLaw:
-    """A student's own law: its script, or that of a notebook's cells, and what is marked."""
+def marks_of(
+    script: Path, rubric: Rubric, run: LawRunner, submission: Submission | None = None
+) -> Marks:
+    """Return the marks of a script, or of a notebook that it stands for.
 
-    script: Path
-    submission: Submission
-
-    @classmethod
-    def of(cls, script: Path) -> OwnLaw:
-        """Return the law of a script."""
-        return cls(script, Submission(script.name, Student(script.name)))
-
-    def marks(self, rubric: Rubric, run: LawRunner) -> Marks:
-        """Return its marks; messages name the cells of a notebook."""
-        is_empty = is_unfilled(self.script, rubric.exercise)
-        return mark(rubric, run, replace(self.submission, is_unfilled=is_empty))
+    Messages name the cells of a notebook.
+    """
+    own = submission or Submission(script.name, Student(script.name))
+    is_empty = is_unfilled(script, rubric.exercise)
+    return mark(rubric, run, replace(own, is_unfilled=is_empty))
 
 
 @contextmanager
-def opened(law: str) -> Iterator[OwnLaw]:
-    """Open a script, by path or name, or a notebook, or raise SetcmasError."""
+def opened(law: str) -> Iterator[tuple[Path, Submission | None]]:
+    """Open a script, by path or name, or the script and submission that a notebook is.
+
+    Raises:
+        SetcmasError: It cannot be read, or is no notebook.
+    """
     path = Path(law)
     if path.suffix != '.ipynb' or not path.is_file():
-        yield OwnLaw.of(find_script(law))
+        yield find_script(law), None
         return
     with file_errors(f"'{law}' cannot be read"):
         submission = submitted_notebook(path)
     with submission.unpacked() as script:
         try:
-            yield OwnLaw(script, submission)
+            yield script, submission
         except SetcmasError as error:
             if not submission.notebook:
                 raise

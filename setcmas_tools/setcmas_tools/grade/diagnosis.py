@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -38,7 +37,6 @@ from setcmas_tools.grade.generic_mistakes import (
 from setcmas_tools.grade.rubric import MarkedScenario, Rubric, TypicalMistake
 from setcmas_tools.run.run import Run
 
-_AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 _TIED = 0.005  # share of all calls by which the better one must be better
 
 
@@ -80,7 +78,7 @@ def _explanation(
     """
     groups: list[Iterable[Explanation]] = [_listed(calls, mistakes)]
     if function is Function.CONDITION:
-        groups += [_generic_conditions(calls), _other_distance(calls), _same_times(calls)]
+        groups += [_generic_conditions(calls)]
     elif function is Function.SI_TO_UNI:
         groups += [generic_conversions(calls), _terms(calls, mistakes, 'si_to_uni')]
     else:
@@ -167,11 +165,6 @@ def _term_hint(begin: str, constants: Mapping[str, float], factor: float) -> str
     return f'{begin}{sign} is {times_too(size)}{question}'
 
 
-_TOGETHER = (
-    'Your condition holds for all robots at the same times, wherever they are. Compare the '
-    'distance to p_sent, not the time.'
-)
-
 _ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
     (
         'Your condition always holds, so the robots send every time. Is the comparison the right '
@@ -198,44 +191,6 @@ def _generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
         if found:
             yield from found
             return
-
-
-def _other_distance(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a condition with another distance than the right one."""
-    gone = np.concatenate([one.heading.ravel() for one in calls])
-    sends = np.concatenate([one.own[..., 0].ravel() for one in calls]) == 1
-    if not sends.any() or sends.all():
-        return
-    least = float(gone[sends].min())
-    answers = []
-    for one in calls:
-        answer = np.zeros_like(one.own)
-        answer[..., 0] = one.heading >= least
-        answers.append(answer)
-    right = min(one.heading[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls)
-    wanted = (
-        f'it must hold only beyond {right:.2g} m' if math.isfinite(right) else 'that is too early'
-    )
-    hint = (
-        f'Your condition holds as soon as the robot is {least:.2g} m away from the last position '
-        f'sent; {wanted}. Check THRESHOLD and its unit.'
-    )
-    if least < _AT_ONCE_M:
-        hint = (
-            'Your condition holds as soon as the robot has moved at all. Do you compare the '
-            'distance with THRESHOLD?'
-        )
-    yield from tried(hint, calls, answers)
-
-
-def _same_times(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a condition that holds for all robots at the same times."""
-    answers = [
-        np.repeat(np.median(one.own, axis=1, keepdims=True), one.own.shape[1], axis=1)
-        for one in calls
-    ]
-    if all(one.own.shape[1] > 2 for one in calls):
-        yield from tried(_TOGETHER, calls, answers)
 
 
 def _measured(calls: Sequence[Calls], function: Function) -> str:

@@ -222,7 +222,7 @@ def _metrics(made: Run, page: _Page) -> Answer:
 
 
 def _checked(asked: Answer, page: _Page) -> Answer:
-    from setcmas_tools.grade.check import Check, OwnLaw, runs_here
+    from setcmas_tools.grade.check import Check, marks_of, runs_here
     from setcmas_tools.grade.rubric import chosen_rubric
 
     script, given = _written(asked), asked.get('rubric')
@@ -234,7 +234,7 @@ def _checked(asked: Answer, page: _Page) -> Answer:
         page.send(scenario=scenario.name)
         return run_one(scenario)
 
-    found = Check(OwnLaw.of(script).marks(rubric, run_shown))
+    found = Check(marks_of(script, rubric, run_shown))
     return {**found.plain(), 'picture': found.picture_url()}
 
 

@@ -10,7 +10,8 @@ from sandboxes import needs_sandbox
 from setcmas_ctrl.laws.script_search import is_unfilled
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
-from setcmas_tools.grade.check import OwnLaw, runs_here
+from setcmas_tools.grade.check import marks_of as own_marks
+from setcmas_tools.grade.check import runs_here
 from setcmas_tools.grade.mark_records import student_view
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
@@ -60,11 +61,10 @@ def checked(name, mistakes, folder):
     found = {}
     for one in mistakes:
         (folder / 'law.py').write_text(one['script'])
-        law = OwnLaw.of(folder / 'law.py')
         try:
-            found[one['name']] = law.marks(rubric, run)
+            found[one['name']] = own_marks(folder / 'law.py', rubric, run)
         except SetcmasError as error:
-            found[one['name']] = unmarked(rubric, law.submission, str(error))
+            found[one['name']] = unmarked(rubric, Submission('', Student('')), str(error))
     return found
 
 
