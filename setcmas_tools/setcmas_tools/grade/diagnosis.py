@@ -25,7 +25,6 @@ from setcmas_tools.grade.generic_mistakes import (
     YOURS,
     Explanation,
     fixed_length,
-    generic_conversions,
     generic_laws,
     named_multiple,
     other_constant,
@@ -77,16 +76,14 @@ def _explanation(
     of all robots before those of some.
     """
     groups: list[Iterable[Explanation]] = [_listed(calls, mistakes)]
-    if function is Function.CONDITION:
-        groups += [_generic_conditions(calls)]
-    elif function is Function.SI_TO_UNI:
-        groups += [generic_conversions(calls), _terms(calls, mistakes, 'si_to_uni')]
-    else:
+    if function is Function.CONTROL:
         groups += [generic_laws(calls), named_multiple(calls), other_constant(calls)]
         groups += [_terms(calls, mistakes, 'law'), plain_multiple(calls), fixed_length(calls)]
         groups += [
             _some_robots(calls, each) for each in (generic_laws, plain_multiple, fixed_length)
         ]
+    else:
+        groups += [_terms(calls, mistakes, function.value)]
     return next(filter(None, (_best_hint(calls, group) for group in groups)), '')
 
 
@@ -163,34 +160,6 @@ def _term_hint(begin: str, constants: Mapping[str, float], factor: float) -> str
         elif value % 1 and abs(size / value - 1) < EQUAL:
             question = f': does {name} multiply it, too?'
     return f'{begin}{sign} is {times_too(size)}{question}'
-
-
-_ANSWERS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
-    (
-        'Your condition always holds, so the robots send every time. Is the comparison the right '
-        'way round?',
-        np.ones_like,
-    ),
-    (
-        'Your condition never holds, so the robots send only their first state. Does it compare p '
-        'with p_sent, in m?',
-        np.zeros_like,
-    ),
-    ('Your condition is the opposite of the right one: check the comparison.', lambda x: 1 - x),
-)
-"""Answers of a condition, made of the right ones; the first that fits counts."""
-
-
-def _generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield the explanation of a condition that always or never holds, or is the opposite."""
-    for hint, changed in _ANSWERS:
-        answers = [
-            np.stack([changed(one.solution[..., 0]), one.solution[..., 1]], -1) for one in calls
-        ]
-        found = [*tried(hint, calls, answers)]
-        if found:
-            yield from found
-            return
 
 
 def _measured(calls: Sequence[Calls], function: Function) -> str:

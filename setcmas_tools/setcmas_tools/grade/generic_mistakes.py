@@ -1,4 +1,4 @@
-"""Generic mistakes of laws and si_to_uni, and which of them reproduce a submission."""
+"""Generic mistakes of laws, and which of them reproduce a submission."""
 
 from __future__ import annotations
 
@@ -54,17 +54,6 @@ SAME_TIME = (
     'Your law always returns the velocity that is right at t = 0. Does it use t, the last '
     'argument of control?'
 )
-COMMANDS: tuple[tuple[str, list[list[int]]], ...] = (
-    ('Your turn rate has the wrong sign; V is right.', [[1, 0], [0, -1]]),
-    ('Your V has the wrong sign; the turn rate is right.', [[-1, 0], [0, 1]]),
-    ('Your V and your turn rate both have the wrong sign.', [[-1, 0], [0, -1]]),
-    ('You return the turn rate first: return V, omega, in this order.', [[0, 1], [1, 0]]),
-    ('Your robots turn, but your V is always zero.', [[0, 0], [0, 1]]),
-    ('Your robots do not move: V and the turn rate are always zero.', [[0, 0], [0, 0]]),
-)
-"""What V and omega are, and the matrix that makes them of the right ones."""
-
-
 FACTORS: dict[str, Callable[[Any], Any]] = {
     'N': lambda n: n,
     'N-1': lambda n: n - 1,
@@ -144,23 +133,14 @@ def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by velocities that are turned, swapped, zero or without t."""
     yield from tried(SAME_TIME, calls, [one.answers.get(FROZEN) for one in calls])
     for what, matrix in TURNED:
-        yield from tried(f'{YOURS} are {what}', calls, _turned(calls, matrix), is_multiple=True)
+        turned = [one.solution @ np.transpose(matrix) for one in calls]
+        yield from tried(f'{YOURS} are {what}', calls, turned, is_multiple=True)
     for sign in (1, -1):
         answers = [in_body_frame(one, sign) for one in calls]
         yield from tried(BODY, calls, answers, is_multiple=True)
     yield from tried(IN_DEGREES, calls, [in_degrees(one) for one in calls], is_multiple=True)
     for returned in zip(*(polar(one) for one in calls), strict=True):
         yield from tried(POLAR, calls, returned, is_multiple=True)
-
-
-def _turned(calls: Sequence[Calls], matrix: list[list[int]]) -> list[Floats]:
-    return [one.solution @ np.transpose(matrix) for one in calls]
-
-
-def generic_conversions(calls: Sequence[Calls]) -> Iterator[Explanation]:
-    """Yield explanations of a si_to_uni whose V and omega are swapped, zero, or of wrong sign."""
-    for hint, matrix in COMMANDS:
-        yield from tried(hint, calls, _turned(calls, matrix), is_multiple=True)
 
 
 def times_too(size: float) -> str:
