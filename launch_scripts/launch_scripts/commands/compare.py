@@ -48,7 +48,7 @@ def main(args: argparse.Namespace) -> int:
     shifted = [best_shift(runs[0], run) for run in runs[1:]]
     print(metrics_table(names, metrics))
     for name, run, shift in zip(names[1:], runs[1:], shifted, strict=True):
-        found = differences(runs[0], run) or ['parameters, files and versions are the same']
+        found = [*differences(runs[0], run)] or ['parameters, files and versions are the same']
         print(f'\n{name} {shift}', *(f'  {line}' for line in found), sep='\n')
     drawn = drawn_pictures(names, runs, shifted)
     print(*write_figures(drawn, args.output, PlotOptions.of(args)), sep='\n')

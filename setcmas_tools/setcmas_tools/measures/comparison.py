@@ -14,7 +14,6 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metrics import Metrics, as_dict
 from setcmas_tools.run.fleet_motion import FleetGrid
@@ -167,25 +166,8 @@ def flat(value: Any, name: str = '') -> dict[str, Any]:
     return found
 
 
-_MOST_LINES = 60
-_SAME_END_S = 1.0
-
-
-def differences(reference: Run, run: Run) -> list[str]:
-    """Return the differences of a run from a reference as lines: robots, end, options, files."""
-    return [*_robots_and_end(reference, run), *_settings(reference, run)]
-
-
-def _robots_and_end(reference: Run, run: Run) -> Iterator[str]:
-    old, new = (format_robots(one.robots) for one in (reference, run))
-    if old != new:
-        yield f'robots: {old} -> {new}; means are over all robots of each run'
-    before, after = (float(one.table.t.max()) for one in (reference, run))
-    if abs(after - before) > _SAME_END_S:
-        yield f'end: {before:.1f} s -> {after:.1f} s; metrics cover each run to its own end'
-
-
-def _settings(reference: Run, run: Run) -> Iterator[str]:
+def differences(reference: Run, run: Run) -> Iterator[str]:
+    """Yield the differences of a run from a reference as lines: outcome, options, files."""
     runs = {'the reference': reference, 'this run': run}
     unknown = [name for name, one in runs.items() if not one.parameters]
     if unknown:
@@ -225,9 +207,7 @@ def _inputs(reference: Run, run: Run) -> Iterator[str]:
         elif old[name] != new[name]:
             lines = list(difflib.unified_diff(old[name], new[name], n=1, lineterm=''))[2:]
             yield f'{name}:'
-            yield from (f'    {line}' for line in lines[:_MOST_LINES])
-            if len(lines) > _MOST_LINES:
-                yield f'    and {len(lines) - _MOST_LINES} more lines'
+            yield from (f'    {line}' for line in lines)
 
 
 def _files(run: Run) -> dict[str, list[str]]:

@@ -18,7 +18,7 @@ from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 from setcmas_tools.run.run_records import MOVING, FilteredCommands, SafetyRecord
 
 _MOST_TOUCHES = 3
-"""Collisions that are listed; further ones are counted."""
+"""Collisions that metrics.yaml lists; further ones are counted."""
 
 
 def fleet_separation(run: Run) -> Measured | None:
@@ -78,11 +78,9 @@ def _collisions(touched: list[tuple[int, int, float]]) -> list[str]:
     """Return a line on the first pairs that touched, if there are any."""
     if not touched:
         return []
-    listed = [f'{i} and {j} at {t:.1f} s' for i, j, t in touched[1:_MOST_TOUCHES]]
-    if more := len(touched) - 1 - len(listed):
-        listed.append(f'{more} more pair{"s" * (more > 1)} later')
-    i, j, t = touched[0]
-    return [f'collisions: {", ".join([f"robots {i} and {j} touched at {t:.1f} s", *listed])}']
+    (i, j, t), more = touched[0], len(touched) - 1
+    others = f', {more} more pair{"s" * (more > 1)} later' if more else ''
+    return [f'collisions: robots {i} and {j} touched at {t:.1f} s{others}']
 
 
 def _radius(model: str) -> float:
