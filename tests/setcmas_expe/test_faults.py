@@ -31,13 +31,6 @@ GOES = 0.07  # m/s: what 0.1 m/s is, cut to hundredths, and a little less in cur
 
 
 @pytest.fixture
-def checked(peer, tmp_path):
-    with Rehearsal(peer, tmp_path, *SLOW) as running:
-        running.let_go(GOES)
-        yield running
-
-
-@pytest.fixture
 def experiment(peer, tmp_path):
     """Run an experiment whose robots need no time to prove who they are."""
     with Rehearsal(peer, tmp_path, *SLOW, '--without-motion-check') as running:
@@ -46,24 +39,18 @@ def experiment(peer, tmp_path):
 
 
 @pytest.mark.nightly
-def test_motion_capture_and_scripts_fail_one_after_the_other(checked):
-    for kind in ('dropout', 'nan', 'frozen', 'jump'):
-        stop = checked.wait_for_stop(checked.fault(f'{kind} 1 1.2'))
-        assert stop.metres < WAY, kind
-        checked.let_go(GOES)
+def test_motion_capture_and_scripts_fail_one_after_the_other(peer, tmp_path):
+    def roll(fault):
+        return max(running.wait_for_stop(fault, robot).metres for robot in (1, 2))
 
-    fault = checked.fault('swap 1 1.2')
-    assert max(checked.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
-    checked.let_go(GOES)
-
-    fault = checked.set_mode('nan')
-    assert max(checked.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
-    checked.set_mode('')
-    checked.let_go(GOES)
-
-    assert checked.wait_for_stop(checked.fault('fallen 1 60')).metres < WAY
-    fault = checked.set_mode('stuck')
-    assert max(checked.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
+    with Rehearsal(peer, tmp_path, *SLOW) as running:
+        for kind in ('dropout', 'nan', 'frozen', 'jump', 'swap', 'fallen'):
+            running.let_go(GOES)
+            assert roll(running.fault(f'{kind} 1 1.2')) < WAY, kind
+        for mode in ('nan', 'stuck'):
+            running.set_mode('')
+            running.let_go(GOES)
+            assert roll(running.set_mode(mode)) < WAY, mode
 
 
 @pytest.mark.nightly
@@ -75,30 +62,28 @@ def test_the_terminal_is_closed(experiment):
 
 
 @pytest.mark.nightly
-def test_no_stop_of_a_deaf_robot_is_weaker_than_the_emergency_stop(peer, tmp_path):
+def test_no_stop_of_a_deaf_robot_is_weaker_than_the_emergency_stop(peer, experiment):
     def rolls():
         return experiment.truth[1][-1].V > GOES
 
-    with Rehearsal(peer, tmp_path, *SLOW, '--without-motion-check') as experiment:
-        experiment.let_go(GOES)
-        experiment.fault('deaf 1 600')
-        for stop in (
-            lambda: experiment.press(' '),
-            lambda: experiment.fault('dropout 2 1'),
-            lambda: experiment.press('\x1b'),
-        ):
-            experiment.press_until(rolls)
-            assert experiment.wait_for_stop(stop()).metres < WAY
-        assert 'robot 1 does not obey zero commands: its motors are off' in experiment.output()
-
-        peer.wait_for(lambda: 'STOP by Esc' in experiment.output())
-        experiment.press_until(lambda: 'the stop is released' in experiment.output(), 'R')
-        seen = len(experiment.truth[1])
-        peer.spin(1.0)
-        assert all(truth.rolls == 0.0 for truth in experiment.truth[1][seen:])
-
+    experiment.fault('deaf 1 600')
+    for stop in (
+        lambda: experiment.press(' '),
+        lambda: experiment.fault('dropout 2 1'),
+        lambda: experiment.press('\x1b'),
+    ):
         experiment.press_until(rolls)
-        assert experiment.wait_for_stop(experiment.kill(BRIDGES)).metres < WAY
+        assert experiment.wait_for_stop(stop()).metres < WAY
+    assert 'robot 1 does not obey zero commands: its motors are off' in experiment.output()
+
+    peer.wait_for(lambda: 'STOP by Esc' in experiment.output())
+    experiment.press_until(lambda: 'the stop is released' in experiment.output(), 'R')
+    seen = len(experiment.truth[1])
+    peer.spin(1.0)
+    assert all(truth.rolls == 0.0 for truth in experiment.truth[1][seen:])
+
+    experiment.press_until(rolls)
+    assert experiment.wait_for_stop(experiment.kill(BRIDGES)).metres < WAY
 
 
 def path(truths):
