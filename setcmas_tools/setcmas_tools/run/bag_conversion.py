@@ -9,7 +9,6 @@ import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from io import StringIO
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -135,7 +134,7 @@ def file_names(topics: Iterable[str]) -> list[str]:
     return names
 
 
-_BUFFERED = 1_000_000
+_BUFFERED = 100
 _LONGEST_CELL = 2**31 - 1
 
 
@@ -161,8 +160,7 @@ class TopicTable:
         self._columns: dict[str, None] = {}
         self._nb_first_columns = 0
         # Not written row by row: a bag may have more topics than a process may open files.
-        self._buffer = StringIO(newline='')
-        self._rows = csv.writer(self._buffer, lineterminator='\n')
+        self._rows: list[list[Any]] = []
 
     def add(self, time_ns: int, message: Any) -> None:
         """Add the row of a message received `time_ns` after t = 0, or raise OSError."""
@@ -173,11 +171,11 @@ class TopicTable:
         self._columns.update(dict.fromkeys(cells))
         if not self.nb_rows:
             self._nb_first_columns = len(self._columns)
-            self._rows.writerow(['t', *self._columns])
+            self._rows.append(['t', *self._columns])
         row = (cells.get(column, '') for column in self._columns)
-        self._rows.writerow([seconds_text(time_ns), *row])
+        self._rows.append([seconds_text(time_ns), *row])
         self.nb_rows += 1
-        if self._buffer.tell() > _BUFFERED:
+        if len(self._rows) > _BUFFERED:
             self._write()
 
     def finish(self) -> None:
@@ -188,9 +186,8 @@ class TopicTable:
 
     def _write(self) -> None:
         with self.path.open('a', encoding='utf-8', newline='') as file:
-            file.write(self._buffer.getvalue())
-        self._buffer.seek(0)
-        self._buffer.truncate()
+            csv.writer(file, lineterminator='\n').writerows(self._rows)
+        self._rows.clear()
 
     def _fill_up_rows(self) -> None:
         filled = self.path.with_name(f'{self.path.name}.filled')

@@ -37,22 +37,19 @@ if TYPE_CHECKING:
     from setcmas_tools.bags.bag_reader import BagTopic, Taker
 
 _ODOMETRY = 'nav_msgs/msg/Odometry'
-_MOTION_CAPTURE = '/mocap'
 
 
-def _odometry_topics(bag_topics: Iterable[BagTopic]) -> dict[str, int]:
-    """Return the robot of each topic whose odometry is the motion of a robot.
+def _odometry_topics(bag_topics: Iterable[BagTopic]) -> set[str]:
+    """Return the topics whose odometry is the motion of a robot.
 
     Odometry of motion capture replaces the robot's own, which drifts.
     """
-    chosen: dict[int, str] = {}
-    for topic in bag_topics:
-        name, robot = topic.name, topics.robot_of(topic.name)
-        if robot and topic.msgtype == _ODOMETRY:
-            is_own = name == topics.robot_topic(robot, topics.ODOM)
-            if is_own or name == f'{_MOTION_CAPTURE}{topics.robot_topic(robot, topics.ODOM)}':
-                chosen[robot] = chosen.get(robot, name) if is_own else name
-    return {name: robot for robot, name in chosen.items()}
+    names = {topic.name for topic in bag_topics if topic.msgtype == _ODOMETRY}
+    chosen: set[str] = set()
+    for robot in filter(None, map(topics.robot_of, names)):
+        places = (topics.mocap_topic(robot), topics.odometry_topic(robot))
+        chosen.update([place for place in places if place in names][:1])
+    return chosen
 
 
 def _unusable_poses(table: FleetTable) -> Iterator[str]:
@@ -69,79 +66,6 @@ def _unusable_poses(table: FleetTable) -> Iterator[str]:
 _LATE_S = 1.0  # if a message is recorded later, its t began at another time
 
 
-class CommunicationSamples:
-    """Collects triggers, graphs, and the counts of links."""
-
-    def __init__(self) -> None:
-        self._events: dict[int, list[tuple[int, int]]] = {}
-        self._counts: dict[int, Floats] = {}
-        self._graphs: list[tuple[int, Floats]] = []
-        self._contents: list[tuple[float, int, Content]] = []
-
-    def take_event(self, robot: int, time_ns: int, message: Any) -> None:
-        """Take an evaluation of a robot's triggering condition."""
-        self._events.setdefault(robot, []).append((time_ns, int(message.data)))
-
-    def take_graph(self, time_ns: int, message: Any) -> None:
-        """Take the weights of the communication graph."""
-        size = int(len(message.data) ** 0.5)
-        weights = np.array(message.data[: size * size], dtype=float).reshape(size, size)
-        self._graphs.append((time_ns, weights))
-
-    def take_counts(self, receiver: int, _: int, message: Any) -> None:
-        """Take the counts of all links to a robot; the last ones hold."""
-        data = np.asarray(message.data, dtype=float)
-        self._counts[receiver] = data[: len(data) // 4 * 4].reshape(-1, 4)
-
-    def take_message(self, robot: int, time_ns: int, message: Any) -> None:
-        """Take a value that the law of a robot sent; those of other programs are left out."""
-        with suppress(TypeError, ValueError):
-            self._contents.append((time_ns / 1e9, robot, decoded(message.data)))
-
-    def messages(self) -> list[SentMessage]:
-        """Return the values that laws sent, at the times of their calls: one for each call."""
-        found: dict[tuple[float, int], SentMessage] = {}
-        for received, robot, content in self._contents:
-            # Prefer t: a topic's first messages are recorded late, once the recorder has found it.
-            # But t stands still in pauses, and restarts with new laws.
-            t = content.t if received - content.t < _LATE_S else received
-            found[round(t, 6), robot] = SentMessage(t, robot, content.value)
-        return [found[key] for key in sorted(found)]
-
-    def record(self, table: FleetTable) -> CommunicationRecord | None:
-        """Return the record of the run; None if the bag holds no communication."""
-        if not (self._events or self._counts or self._graphs):
-            return None
-        changes = self._changes()
-        was_up = {(receiver, sender) for _, receiver, sender, _ in changes.rows}
-        links = {
-            (receiver, sender): Counts(int(row[0]), int(row[1]), int(row[2]), float(row[3]))
-            for receiver, rows in self._counts.items()
-            for sender, row in enumerate(rows, start=1)
-            if row[0] > 0 or (receiver, sender) in was_up
-        }
-        triggers = [
-            # The first evaluation always triggers; the recorder may have missed that message.
-            (time_ns / 1e9, robot, sent if i else 1)
-            for robot, events in self._events.items()
-            for i, (time_ns, sent) in enumerate(events)
-        ]
-        periodic = {i: table.of(i).t[table.of(i).t >= 0] for i in table.robots}
-        return record_of(links, triggers, changes.rows, periodic)
-
-    def _changes(self) -> GraphChanges:
-        nb_robots = max(map(len, self._counts.values()), default=0)
-        graphs = self._graphs or [(0, complete(nb_robots))]
-        changes = GraphChanges(len(graphs[0][1]))
-        adjacency = np.zeros_like(graphs[0][1])
-        for time_ns, weights in graphs:
-            if weights.shape == adjacency.shape:
-                adjacency = with_known_rows(weights, adjacency)
-                # A graph that is sent with the first command is that of the start.
-                changes.note(max(0.0, time_ns / 1e9), adjacency)
-        return changes
-
-
 _MARKER = 'visualization_msgs/msg/Marker'
 _SPHERE_TYPE = 2
 
@@ -153,7 +77,10 @@ class RunSamples:
         """Choose the topics among those that have messages."""
         self._odometry = _odometry_topics(bag_topics)
         self._rows = array('d')
-        self._communication = CommunicationSamples()
+        self._events: dict[int, list[tuple[int, int]]] = {}
+        self._counts: dict[int, Floats] = {}
+        self._graphs: list[tuple[int, Floats]] = []
+        self._contents: list[tuple[float, int, Content]] = []
         self._commands, self._allowed = array('d'), array('d')
         self._drawings = DrawingRecord()
         self._references: References | None = None
@@ -165,30 +92,13 @@ class RunSamples:
         topic, msgtype = bag_topic.name, bag_topic.msgtype
         robot = topics.robot_of(topic) or 0
         name = topic.removeprefix(topics.robot_topic(robot, ''))
-        found = [self._takers(robot).get((name, msgtype))]
-        if topic in self._odometry:
-            found.append(partial(self._take_odometry, robot))
-        if robot and name != topics.MARKER and msgtype.removesuffix('Array') == _MARKER:
-            found.append(partial(self._take_markers, robot, name))
-        return [collect for collect in found if collect]
-
-    def _takers(self, robot: int) -> dict[tuple[str, str], Taker]:
-        """Return the functions by topic, without the robot's prefix, and message type."""
-        return {
+        takers: dict[tuple[str, str], Taker] = {
             (topics.TASK, 'std_msgs/msg/String'): self._take_task,
             (topics.DIAGNOSTICS, 'diagnostic_msgs/msg/DiagnosticArray'): self._take_statuses,
-            (topics.COMMUNICATION_GRAPH, 'std_msgs/msg/Float32MultiArray'): (
-                self._communication.take_graph
-            ),
-            (topics.TRIG_EVENT, 'std_msgs/msg/UInt16'): (
-                partial(self._communication.take_event, robot)
-            ),
-            (topics.LINKS, 'std_msgs/msg/Float64MultiArray'): (
-                partial(self._communication.take_counts, robot)
-            ),
-            (topics.MESSAGE, 'std_msgs/msg/String'): (
-                partial(self._communication.take_message, robot)
-            ),
+            (topics.COMMUNICATION_GRAPH, 'std_msgs/msg/Float32MultiArray'): self._take_graph,
+            (topics.TRIG_EVENT, 'std_msgs/msg/UInt16'): partial(self._take_event, robot),
+            (topics.LINKS, 'std_msgs/msg/Float64MultiArray'): partial(self._take_counts, robot),
+            (topics.MESSAGE, 'std_msgs/msg/String'): partial(self._take_message, robot),
             (topics.CMD_CART_VEL, 'geometry_msgs/msg/Point32'): (
                 lambda ns, sent: self._commands.extend((ns / 1e9, robot, sent.x, sent.y))
             ),
@@ -196,6 +106,12 @@ class RunSamples:
                 lambda ns, sent: self._allowed.extend((ns / 1e9, robot, sent.x, sent.y, sent.z))
             ),
         }
+        found = [takers.get((name, msgtype))]
+        if topic in self._odometry:
+            found.append(partial(self._take_odometry, robot))
+        if robot and name != topics.MARKER and msgtype.removesuffix('Array') == _MARKER:
+            found.append(partial(self._take_markers, robot, name))
+        return [collect for collect in found if collect]
 
     def tables(self) -> RunTables | None:
         """Return the tables; None if the bag has no odometry of robots."""
@@ -209,11 +125,11 @@ class RunSamples:
         return RunTables(
             fleet,
             commands(*rows.T) if len(rows) else None,
-            self._communication.record(fleet),
+            self._record(fleet),
             self._drawings.drawings(),
             self._references,
             SafetyRecord.in_order(*zip(*self._safety, strict=True)) if self._safety else None,
-            self._communication.messages(),
+            self._messages(),
         )
 
     def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
@@ -248,6 +164,65 @@ class RunSamples:
                 at, colour = marker.pose.position, marker.color
                 rgb = (colour.r, colour.g, colour.b)
                 draw(robot, name, Sphere(at.x, at.y, at.z, marker.scale.x, rgb, colour.a))
+
+    def _take_event(self, robot: int, time_ns: int, message: Any) -> None:
+        self._events.setdefault(robot, []).append((time_ns, int(message.data)))
+
+    def _take_graph(self, time_ns: int, message: Any) -> None:
+        size = int(len(message.data) ** 0.5)
+        weights = np.array(message.data[: size * size], dtype=float).reshape(size, size)
+        self._graphs.append((time_ns, weights))
+
+    def _take_counts(self, receiver: int, _: int, message: Any) -> None:
+        data = np.asarray(message.data, dtype=float)
+        self._counts[receiver] = data[: len(data) // 4 * 4].reshape(-1, 4)
+
+    def _take_message(self, robot: int, time_ns: int, message: Any) -> None:
+        with suppress(TypeError, ValueError):  # of other programs
+            self._contents.append((time_ns / 1e9, robot, decoded(message.data)))
+
+    def _messages(self) -> list[SentMessage]:
+        """Return the values that laws sent, at the times of their calls: one for each call."""
+        found: dict[tuple[float, int], SentMessage] = {}
+        for received, robot, content in self._contents:
+            # Prefer t: a topic's first messages are recorded late, once the recorder has found it.
+            # But t stands still in pauses, and restarts with new laws.
+            t = content.t if received - content.t < _LATE_S else received
+            found[round(t, 6), robot] = SentMessage(t, robot, content.value)
+        return [found[key] for key in sorted(found)]
+
+    def _record(self, table: FleetTable) -> CommunicationRecord | None:
+        """Return the record of the run; None if the bag holds no communication."""
+        if not (self._events or self._counts or self._graphs):
+            return None
+        changes = self._changes()
+        was_up = {(receiver, sender) for _, receiver, sender, _ in changes.rows}
+        links = {
+            (receiver, sender): Counts(int(row[0]), int(row[1]), int(row[2]), float(row[3]))
+            for receiver, rows in self._counts.items()
+            for sender, row in enumerate(rows, start=1)
+            if row[0] > 0 or (receiver, sender) in was_up
+        }
+        triggers = [
+            # The first evaluation always triggers; the recorder may have missed that message.
+            (time_ns / 1e9, robot, sent if i else 1)
+            for robot, events in self._events.items()
+            for i, (time_ns, sent) in enumerate(events)
+        ]
+        periodic = {i: table.of(i).t[table.of(i).t >= 0] for i in table.robots}
+        return record_of(links, triggers, changes.rows, periodic)
+
+    def _changes(self) -> GraphChanges:
+        nb_robots = max(map(len, self._counts.values()), default=0)
+        graphs = self._graphs or [(0, complete(nb_robots))]
+        changes = GraphChanges(len(graphs[0][1]))
+        adjacency = np.zeros_like(graphs[0][1])
+        for time_ns, weights in graphs:
+            if weights.shape == adjacency.shape:
+                adjacency = with_known_rows(weights, adjacency)
+                # A graph that is sent with the first command is that of the start.
+                changes.note(max(0.0, time_ns / 1e9), adjacency)
+        return changes
 
 
 def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:

@@ -270,7 +270,7 @@ def marker(make, nb_points):
     return make('visualization_msgs/msg/Marker', fields)
 
 
-@pytest.mark.parametrize('buffered', [1, 1_000_000])
+@pytest.mark.parametrize('buffered', [1, 100])
 def test_rows_of_a_growing_array_have_all_columns(write, make, monkeypatch, buffered):
     monkeypatch.setattr(bag_conversion, '_BUFFERED', buffered)
     rows = write([marker(make, nb) for nb in (0, 2, 2, 1, 3, 0)])
