@@ -17,9 +17,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from setcmas_ctrl.communication import graph as communication_graph
 from setcmas_ctrl.communication.message_content import (
     Content,
@@ -114,21 +111,6 @@ def laplacian() -> Floats:
         RuntimeError: Called outside `control`.
     """
     return communication_graph.laplacian(adjacency())
-
-
-def reachable(matrix: ArrayLike | None = None) -> NDArray[np.bool_]:
-    """Return whether robots receive from others: [i - 1, j - 1] from j, also through others.
-
-    Args:
-        matrix: Weights of a graph, shape (N, N); by default those of this call.
-
-    Returns:
-        An array of shape (N, N); its diagonal is True.
-
-    Raises:
-        RuntimeError: Called outside `control` without a matrix.
-    """
-    return communication_graph.reachable(adjacency() if matrix is None else matrix)
 
 
 def send(value: Any) -> None:

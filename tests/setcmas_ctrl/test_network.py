@@ -32,19 +32,12 @@ def test_matrices(tmp_path):
     body = 'return network.adjacency()[0, 1], network.laplacian()[1, 1]'
 
     assert law(tmp_path, body)(POSES, 0.0, 0.5 * path(4)) == (0.5, 1.0)
-    body = 'return network.reachable()[0, 3], network.reachable()[3].sum()'
-    assert law(tmp_path, body)(POSES, 0.0, np.eye(4, k=1)) == (1.0, 1.0)
 
 
 def test_without_a_graph_all_are_neighbours(tmp_path):
     body = 'return len(network.neighbours()), network.adjacency().sum()'
 
     assert law(tmp_path, body)(POSES, 0.0) == (3, 12)
-
-
-def test_scripts_cannot_change_the_graph_of_the_others(tmp_path):
-    with pytest.raises(ControlError, match='read-only'):
-        law(tmp_path, 'network.adjacency()[:] = 0')(POSES, 0.0)
 
 
 def test_nothing_is_answered_between_calls(tmp_path):
@@ -56,7 +49,6 @@ def test_nothing_is_answered_between_calls(tmp_path):
         network.neighbours,
         network.adjacency,
         network.laplacian,
-        network.reachable,
         network.received,
         lambda: network.send(1),
     ):

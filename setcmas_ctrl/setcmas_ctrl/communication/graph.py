@@ -11,7 +11,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean
@@ -112,15 +112,6 @@ def laplacian(adjacency: Floats) -> Floats:
         adjacency: Weights, shape (N, N); a_ij is the weight that robot i gives robot j.
     """
     return np.diag(adjacency.sum(axis=1)) - adjacency
-
-
-def reachable(adjacency: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether row i receives from column j, itself or through others, shape (N, N)."""
-    links = np.asarray(adjacency) != 0
-    reached: NDArray[np.bool_] = links | np.eye(len(links), dtype=bool)
-    for _ in range(len(links).bit_length()):  # each doubles the number of links on the way
-        reached = reached @ reached
-    return reached
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,6 @@ class Broadcast:
         self._neighbours = dict.fromkeys(_keywords_taken(condition), np.empty((3, 0)))
         self.measures = MEASURED in self._neighbours
         self.last: State | None = None
-        self._failing = False
 
     def see(self, received: Floats, measured: Floats, weights: Floats) -> None:
         """Take the poses of the fleet, as received last and as they are, for the condition.
@@ -148,12 +147,9 @@ class Broadcast:
         try:
             (answer,) = self._triggers(*arguments, t, **neighbours)
         except ControlError as error:
-            self._failing = True
             self._reports.failed(self.robot, t, error)
             return True
-        if self._failing:
-            self._failing = False
-            self._reports.succeeded(self.robot, t)
+        self._reports.succeeded(self.robot, t)
         return bool(answer)
 
 

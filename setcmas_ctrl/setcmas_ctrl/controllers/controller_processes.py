@@ -98,16 +98,9 @@ def _serve_fleet(process: RosProcess, args: argparse.Namespace) -> int:
     fixed = ['rate'] if options.experiment else []
     parameters = NodeParameters(node, LawOptions.of(args), PARAMETERS, fixed)
     parameters.options = _law_of_parameters(node, parameters.options)
-    prepare = partial(
-        prepared_fleet,
-        process,
-        node,
-        parameters,
-        CommunicationOptions.of(args),
-        FilterOptions.of(args),
-        _fleet_of_parameters(node, options),
-    )
-    return run_controllers(node, prepare)
+    communication, safety = CommunicationOptions.of(args), FilterOptions.of(args)
+    options = _fleet_of_parameters(node, options)
+    return run_controllers(process, node, parameters, communication, safety, options)
 
 
 def _run_node(name: str, argv: list[str] | None) -> int:
@@ -137,8 +130,7 @@ def _serve_node(name: str, process: RosProcess, args: argparse.Namespace) -> int
         threshold = node.number('threshold', communication.threshold, 'as --threshold, in m')
         ctc = node.fixed('ctc', str(communication.ctc or ''), 'as --ctc')
         communication = replace(communication, threshold=threshold, ctc=ctc or None)
-    prepare = partial(prepared_fleet, process, node, parameters, communication, safety, options)
-    return run_controllers(node, prepare)
+    return run_controllers(process, node, parameters, communication, safety, options)
 
 
 def _law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:
@@ -157,20 +149,27 @@ def _fleet_of_parameters(node: FleetNode, options: ControllerOptions) -> Control
     return replace(options, nb_robots=size or None)
 
 
-def run_controllers(node: FleetNode, prepare: Callable[[], ControlledFleet]) -> int:
+def run_controllers(
+    process: RosProcess,
+    node: FleetNode,
+    parameters: NodeParameters[LawOptions],
+    communication: CommunicationOptions,
+    safety: FilterOptions,
+    options: ControllerOptions,
+) -> int:
     """Prepare a fleet and control its robots until the process must stop; then they rest.
 
-    `node` publishes what their scripts draw, also while they load. Errors are those of `prepare`,
-    and StopCall ends the process. Return the exit status.
+    The arguments and errors are those of `prepared_fleet`, but StopCall ends the process. `node`
+    publishes what scripts draw, also while they load. Return the exit status.
     """
     canvas = MarkerCanvas(node)
     with seeded_generators(), named_output(), drawn_on(canvas):
         try:
-            fleet = prepare()
+            fleet = prepared_fleet(process, node, parameters, communication, safety, options)
         except StopCall:
             return 0
         canvas.clock = fleet.time.clock
-        process, scripts = fleet.process, fleet.scripts
+        scripts = fleet.scripts
         process.take_signals()  # scripts may have changed the handlers while loading
         reloader = ScriptReloader(fleet) if fleet.options.watch and scripts.laws else None
 

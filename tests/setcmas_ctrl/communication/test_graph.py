@@ -14,7 +14,6 @@ from setcmas_ctrl.communication.graph import (
     load_graph,
     neighbours,
     path,
-    reachable,
     ring,
     star,
 )
@@ -114,15 +113,6 @@ def test_a_graph_cannot_be_changed_by_those_who_get_it():
 def test_matrices_that_are_no_graph(matrix, message):
     with pytest.raises(SetcmasError, match=message):
         checked_adjacency(matrix, 2)
-
-
-@pytest.mark.filterwarnings('error')
-@pytest.mark.parametrize('count', [1, 2, 3, 8, 250])
-def test_which_robots_reach_which(count):
-    assert reachable(directed_ring(count)).all()
-    assert reachable(complete(count)).all()  # counts of its walks would exceed any number
-    one_way = np.eye(count, k=1)
-    assert reachable(one_way).tolist() == (np.tri(count).T > 0).tolist()
 
 
 @pytest.fixture

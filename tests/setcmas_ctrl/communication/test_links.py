@@ -20,23 +20,6 @@ def moved(k):
     return POSES + np.array([[0.1 * k], [0.0], [0.0]])
 
 
-def test_perfect_links_hand_over_the_newest_poses():
-    links = begun()
-    links.send(ALL, moved(1), 0.1)
-
-    np.testing.assert_array_equal(links.known_poses(moved(1), 0.2), [moved(1)] * 3)
-    assert links.counts.received.tolist() == (1 - np.eye(3)).tolist()
-    assert links.counts.lost.sum() == 0
-
-
-def test_robots_that_are_not_in_the_graph_are_nan():
-    known = begun(path(3)).known_poses(POSES, 0.0)
-
-    assert np.isnan(known[0, :, 2]).all()
-    assert np.isnan(known[2, :, 0]).all()
-    np.testing.assert_array_equal(known[0, :, :2], POSES[:, :2])
-
-
 def test_a_robot_always_knows_its_own_pose_exactly():
     links = begun(np.zeros((3, 3)), loss=1.0, noise=1.0, delay=5.0)
     own = moved(7)

@@ -68,23 +68,6 @@ def test_another_program_drives_robots_in_place_of_a_law(start, peer):
     assert process.end() == 0
 
 
-def test_the_filter_stands_between_laws_and_robots(start, peer, script):
-    law = script('def control(i, n, p, t):\n    return -0.25 * p[0, i - 1], 0\n')
-    poses = ('--pose', '1:-0.6,0', '--pose', '2:0.6,0,3.14159')
-    start(*SIMU, '--nb-robots', '2', *poses).wait_for_output('simulating')
-    start(*CTRL, '--algo', law, '--filter', 'barrier', '--min-separation', '0.8', '--vnom', '2')
-    allowed = [peer.listen(Point32, f'/tb3_{robot}/cmd_cart_vel_allowed') for robot in (1, 2)]
-    wanted, odometry = peer.cmd_cart_vel(1), [peer.odometry(robot) for robot in (1, 2)]
-    peer.wait_for(lambda: all(allowed) and allowed[0][-1].z == 1.0)
-    peer.wait_for(lambda: wanted and wanted[-1].x > 0.09)
-
-    def apart():
-        return position(odometry[1][-1])[0] - position(odometry[0][-1])[0]
-
-    peer.wait_for(lambda: 0.0 <= allowed[0][-1].x < 0.5 * wanted[-1].x)
-    assert apart() > 0.79
-
-
 def test_it_waits_for_a_recorder_that_records_the_robots_too(start, peer):
     recorder = rclpy.create_node('recorder', context=peer.context)
     recorder.create_subscription(TwistStamped, '/tb3_1/cmd_vel', print, 10)

@@ -9,7 +9,6 @@ from setcmas_tools import simulate
 
 FOLDER = Path(__file__).parent / 'ros1'
 PRINTED = {
-    'wander': 'tb3_{i}: robot {i} of 3\n',
     'circle_with_tabs': '',
     'with_helper': 'tb3_{i}: first call of the helper of robot {i}\n',
     'class_and_integers': 'tb3_{i}: waypoint 1\n',
