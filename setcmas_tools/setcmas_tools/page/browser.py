@@ -47,7 +47,7 @@ class BrowserOptions(Options):
     )
     port: int = option(
         Whole(1, 65535, metavar='PORT'),
-        'port of the page; the next free one if it is taken',
+        'port of the page; a free one if it is taken',
         default=PORT,
     )
     read_only: bool = flag('no buttons that start, pause, stop or reset robots')

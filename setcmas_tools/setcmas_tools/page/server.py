@@ -34,7 +34,6 @@ from setcmas_tools.page.browser import (
 )
 
 LIVE = '/live'
-_PORTS_TRIED = 50
 _LARGEST_BYTES = 256
 _HANDSHAKE_S = 5.0
 _NO_TOKEN = 'open the whole address that setcmas has printed, with its token'
@@ -75,7 +74,7 @@ class PageServer:
         first_messages: Callable[[], Sequence[Message]] | None = None,
         on_button: Callable[[Button], None] | None = None,
     ) -> None:
-        """Find a port: that of the options, or the next free one.
+        """Find a port: that of the options, or a free one.
 
         Args:
             text: The page.
@@ -84,7 +83,7 @@ class PageServer:
             on_button: Called with each button that is pressed; None for a page without buttons.
 
         Raises:
-            SetcmasError: No port is free, or the address is not one of this machine.
+            SetcmasError: The port is not allowed, or the address is not one of this machine.
         """
         self._page, self._options = text, options
         self._first_messages, self._on_button = first_messages, on_button
@@ -237,24 +236,21 @@ def refusal(host: str, origin: str, names: Collection[str]) -> str:
 
 
 def _bound_socket(host: str, port: int) -> socket.socket:
-    """Return a socket at the first free port of a host's address, from one on.
+    """Return a socket at a port of a host's address, or at any free one if it is taken.
 
     Raises:
-        SetcmasError: None is free, or the address is not one of this machine.
+        SetcmasError: The port is not allowed, or the address is not one of this machine.
     """
     is_v6 = ':' in host
     family = socket.AF_INET6 if is_v6 else socket.AF_INET
-    last = min(port + _PORTS_TRIED, 65536) - 1
-    for candidate in range(port, last + 1):
-        try:  # `::` serves IPv4, too
-            return socket.create_server((host, candidate), family=family, dualstack_ipv6=is_v6)
-        except PermissionError:
-            allowed = 'ports from 1024 are (--port)'
-            raise SetcmasError(f'port {candidate} is not allowed; {allowed}') from None
-        except OSError as error:
-            if error.errno != errno.EADDRINUSE:
-                raise SetcmasError(
-                    f"host '{host}' is not an address of this machine; it must be 127.0.0.1, "
-                    '0.0.0.0 or an address that `hostname -I` prints'
-                ) from None
-    raise SetcmasError(f'ports {port} to {last} are all taken; name another with --port')
+    try:  # `::` serves IPv4, too
+        return socket.create_server((host, port), family=family, dualstack_ipv6=is_v6)
+    except PermissionError:
+        raise SetcmasError(f'port {port} is not allowed; ports from 1024 are (--port)') from None
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            return _bound_socket(host, 0)
+        raise SetcmasError(
+            f"host '{host}' is not an address of this machine; it must be 127.0.0.1, 0.0.0.0 "
+            'or an address that `hostname -I` prints'
+        ) from None

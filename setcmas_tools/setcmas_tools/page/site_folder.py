@@ -245,6 +245,7 @@ _OFFERED = (
 
 _FIELDS = {one.name: one for kind in Scenario.PARTS.values() for one in fields(kind)}
 
+_EMPTY = Path(str(resources.files('setcmas_ctrl') / 'templates' / 'control_law.py'))
 _COMMANDS = re.compile(r'\nCommands\n(    .*\n)+"""')
 """The end of an exercise's docstring: a page has no terminal to type them in."""
 
@@ -263,23 +264,26 @@ def catalogue(names: Sequence[str] = (), rubrics: Sequence[Path] = ()) -> dict[s
     stems = [one.stem for one in rubrics]
     if twice := sorted({one for one in stems if stems.count(one) > 1}):
         raise SetcmasError(f"two files are named '{twice[0]}'; rename one")
-    chosen = names or (() if rubrics else _exercises_with_rubrics())
-    exercises = [
-        {**_law(name, EXERCISES.file(name)), **_rubric(name, rubric_of_exercise(name))}
-        for name in chosen
+    is_chosen = bool(names or rubrics)
+    marked = [
+        ('exercise', name, rubric_of_exercise(name).shown())
+        for name in (names if is_chosen else _exercises_with_rubrics())
     ]
-    of_files = [_rubric(one.stem, read_rubric(one)) for one in rubrics]
-    solved = {*names, *(one['exercise'] for one in of_files)}
-    empty = resources.files('setcmas_ctrl') / 'templates' / 'control_law.py'
-    begins = [*(f'exercise:{name}' for name in names), *(f'rubric:{stem}' for stem in stems)]
+    marked += [('rubric', one.stem, read_rubric(one).shown()) for one in rubrics]
+    exercises = [_exercise(*one) for one in marked]
+    solved = {rubric.exercise for _, _, rubric in marked} if is_chosen else ()
+    laws = [
+        _source(f'law:{name}', 'Laws', name, name, ALGORITHMS.file(name))
+        for name in _names(ALGORITHMS)
+        if name not in solved
+    ]
     return {
-        'first': [*begins, 'law:consensus'][0],
-        'laws': [
-            _law(name, ALGORITHMS.file(name)) for name in _names(ALGORITHMS) if name not in solved
+        'first': exercises[0]['key'] if is_chosen else 'law:consensus',
+        'sources': [
+            _source('template:', 'New', 'an empty law', 'law', _EMPTY),
+            *exercises,
+            *laws,
         ],
-        'exercises': exercises,
-        'rubrics': of_files,
-        'template': {'name': 'my_law.py', 'text': empty.read_text(encoding='utf-8')},
         'options': [_option(_FIELDS[name]) for name in _OFFERED],
     }
 
@@ -297,23 +301,23 @@ def _names(group: ScriptGroup) -> list[str]:
     return [*names.values()]
 
 
-def _law(name: str, file: Path) -> dict[str, Any]:
+def _source(key: str, group: str, label: str, name: str, file: Path) -> dict[str, Any]:
+    """Return a text to start from, and the settings in it."""
     return {
-        'name': name,
+        'key': key,
+        'group': group,
+        'label': label,
+        'name': f'my_{name}.py',
         'text': _COMMANDS.sub('"""', file.read_text(encoding='utf-8'), count=1),
         'settings': [one for one in names_to_set(file) if one.isupper()],  # others are state
     }
 
 
-def _rubric(name: str, rubric: Rubric) -> dict[str, Any]:
-    shown = rubric.shown()
-    return {
-        'name': name,
-        'title': shown.title,
-        'exercise': shown.exercise,
-        'function': shown.function.value,
-        'points': shown.max_score,
-    }
+def _exercise(kind: str, name: str, rubric: Rubric) -> dict[str, Any]:
+    file = EXERCISES.file(rubric.exercise) if rubric.exercise else _EMPTY
+    label = f'{rubric.title} ({rubric.max_score:g} points)'
+    source = _source(f'{kind}:{name}', 'Exercises', label, rubric.exercise or name, file)
+    return source | {'checks': {kind: name}, 'function': rubric.function.value}
 
 
 def _option(one: Field[Any]) -> dict[str, Any]:

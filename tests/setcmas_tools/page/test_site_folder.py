@@ -62,10 +62,11 @@ def test_hidden_parts_of_rubrics_stay_out(tmp_path):
     assert 'meet' in text
     assert 'secret' not in text
     assert 'secret' not in files['catalogue.json'].decode()
-    assert (offered['first'], offered['exercises']) == ('rubric:lab', [])
-    [lab] = offered['rubrics']
-    assert (lab['title'], lab['exercise'], lab['points']) == ('My rubric', 'consensus', 2)
-    assert 'consensus' not in [one['name'] for one in offered['laws']]
+    assert offered['first'] == 'rubric:lab'
+    [lab] = [one for one in offered['sources'] if one['group'] == 'Exercises']
+    assert (lab['label'], lab['name']) == ('My rubric (2 points)', 'my_consensus.py')
+    assert lab['checks'] == {'rubric': 'lab'}
+    assert 'law:consensus' not in [one['key'] for one in offered['sources']]
 
 
 @pytest.mark.parametrize(
@@ -154,31 +155,23 @@ def offered(files):
     return json.loads(files['catalogue.json'])
 
 
-def by_name(entries):
-    return {one['name']: one for one in entries}
-
-
 def test_laws_and_exercises_have_their_texts(offered):
-    laws, exercises = by_name(offered['laws']), by_name(offered['exercises'])
+    sources = {one['key']: one for one in offered['sources']}
+    texts = [one['text'] for one in offered['sources']]
+    laws = [one['text'] for key, one in sources.items() if key.startswith('law:')]
 
-    assert laws['consensus']['text'].startswith('"""')
-    assert laws['kuramoto']['settings'] == ['K', 'W', 'DW', 'SPEED', 'WAIT']  # no state
-    assert 'TODO' in exercises['consensus']['text']
-    texts = [offered['template']['text'], *(one['text'] for one in (laws | exercises).values())]
+    assert len(sources) == len(texts)
+    assert len(laws) == len(set(laws))
     assert not [text for text in texts if re.search(r'setcmas (?!_)[a-z]|--[a-z]', text)]
-    assert exercises['ctc']['function'] == 'ctc'
-    assert exercises['consensus']['points'] == 10
-    assert 'def control' in offered['template']['text']
-
-
-def test_each_law_is_there_once(offered):
-    texts = [one['text'] for one in offered['laws']]
-
-    assert len(texts) == len(set(texts))
+    assert sources['law:kuramoto']['settings'] == ['K', 'W', 'DW', 'SPEED', 'WAIT']  # no state
+    assert 'TODO' in sources['exercise:consensus']['text']
+    assert sources['exercise:consensus']['label'].endswith('(10 points)')
+    assert sources['exercise:ctc']['function'] == 'ctc'
+    assert 'def control' in sources['template:']['text']
 
 
 def test_defaults_of_options_are_those_of_scenarios(offered):
-    options = by_name(offered['options'])
+    options = {one['name']: one for one in offered['options']}
     plain = Scenario.of('consensus').values()
 
     assert {name: one['default'] for name, one in options.items() if name != 'pose'} == {

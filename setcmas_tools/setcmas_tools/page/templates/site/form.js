@@ -15,7 +15,7 @@ function element(tag, parts = {}, ...children) {
 
 // Fill in the choices of a catalogue; call `changed` after each change of a setting.
 export function createForm(catalogue, changed) {
-  sources = new Map([...sourcesOf(catalogue)]);
+  sources = new Map(catalogue.sources.map(one => [one.key, one]));
   const groups = new Map();
   for (const [key, {group, label}] of sources) {
     if (!groups.has(group)) groups.set(group, element('optgroup', {label: group}));
@@ -24,19 +24,6 @@ export function createForm(catalogue, changed) {
   find('source').append(...groups.values());
   for (const option of catalogue.options) addOption(option, changed);
   find('set').addEventListener('input', changed);
-}
-
-function* sourcesOf({laws, exercises, rubrics, template}) {
-  const exercise = new Map(exercises.map(one => [one.name, one]));
-  yield ['template:', {group: 'New', label: 'an empty law', name: template.name, text: template.text}];
-  for (const one of [...exercises, ...rubrics]) {
-    const isShipped = 'text' in one, base = exercise.get(one.exercise) || one;
-    yield [`${isShipped ? 'exercise' : 'rubric'}:${one.name}`, {
-      group: 'Exercises', label: `${one.title} (${one.points} points)`, name: `my_${base.name}.py`, text: base.text ?? template.text,
-      settings: base.settings, checks: isShipped ? {exercise: one.name} : {rubric: one.name}, function: one.function,
-    }];
-  }
-  for (const {name, text, settings} of laws) yield [`law:${name}`, {group: 'Laws', label: name, name: `my_${name}.py`, text, settings}];
 }
 
 export const sourceOf = key => sources.get(key);
