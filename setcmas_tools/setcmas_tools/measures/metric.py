@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -27,35 +26,27 @@ def words_and_unit(field: str) -> tuple[str, str]:
     return field.removesuffix(f'_{ending}').replace('_', ' '), _UNITS.get(ending, '')
 
 
-@dataclass
-class Measured:
-    """What a metric says of a run, and how the table shows it.
+class Measured(dict[Any, Any]):
+    """What a metric says of a run: values by name, for metrics.yaml; names end with their units.
 
-    `measured['NAME']` and `measured.NAME` are short for `measured.values['NAME']`.
+    `measured.NAME` is short for `measured['NAME']`.
 
     Attributes:
-        values: Values by name, for metrics.yaml; names end with their units.
         lines: Lines below the table.
         columns: Columns of the table with a value per robot.
     """
 
-    values: Mapping[Any, Any]
-    lines: Sequence[str] = field(default=(), repr=False)
-    columns: Columns = field(default_factory=dict, repr=False)
+    def __init__(
+        self, values: Mapping[Any, Any], lines: Sequence[str] = (), columns: Columns | None = None
+    ) -> None:
+        """Take values, and how the table shows them."""
+        super().__init__(values)
+        self.lines, self.columns = lines, columns or {}
 
     def __getattr__(self, name: str) -> Any:
-        if name in vars(self).get('values', ()):
-            return self.values[name]
+        if name in self:
+            return self[name]
         raise AttributeError(f'{type(self).__name__!r} has no value {name!r}')
-
-    def __getitem__(self, name: Any) -> Any:
-        return self.values[name]
-
-    def __contains__(self, name: Any) -> bool:
-        return name in self.values
-
-    def __iter__(self) -> Iterator[Any]:
-        return iter(self.values)
 
 
 class Value(Measured):

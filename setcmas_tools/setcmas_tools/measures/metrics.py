@@ -57,7 +57,7 @@ def meeting(parts: Mapping[str, Measured]) -> str:
     agreement, separation, theory = map(parts.get, ('consensus', 'separation', PREDICTION))
     if not agreement or not agreement.lines:
         return ''
-    text = f'The robots {"met" if have_met(agreement.values) else "did not meet"}'
+    text = f'The robots {"met" if have_met(agreement) else "did not meet"}'
     if separation and separation.largest_distance_at_end_m is not None:
         text += f': at most {separation.largest_distance_at_end_m:.2f} m apart at the end'
     rate = agreement.convergence_rate_1_s
@@ -226,8 +226,8 @@ def as_dict(metrics: Metrics) -> dict[str, Any]:
         'vnom_m_s': metrics.vnom_m_s,
         'communication': metrics.communication,
     }
-    parts = {name: part.values for name, part in metrics.items()}
-    return {name: _rounded(value) for name, value in (head | parts).items() if value is not None}
+    values = {**head, **metrics}
+    return {name: _rounded(value) for name, value in values.items() if value is not None}
 
 
 def write_yaml(metrics: Metrics, path: Path) -> None:

@@ -157,7 +157,7 @@ def compared(run: Run, parts: Mapping[str, Measured]) -> Comparison | None:
         law = load_script(ALGORITHMS.file(name), 1, settings=run.parameters.get('set') or {})
         for one in PREDICTIONS[name](law, conditions):
             metric, _, field = one.metric.partition('.')
-            value = parts[metric].values.get(field) if metric in parts else None
+            value = parts[metric].get(field) if metric in parts else None
             figures.append(replace(one, measured=None if value is None else float(value)))
     return Comparison(figures, left_out)
 

@@ -42,7 +42,7 @@ class Column:
 
     def number_in(self, metrics: Metrics) -> float | None:
         """Return the number of a run; None if it has none."""
-        values = metrics[self.metric].values
+        values = metrics[self.metric]
         if not self.over_robots:
             return values[self.field]  # type: ignore[no-any-return]
         is_there = self.field in values  # else each robot has it
@@ -134,7 +134,7 @@ def numbers_of(metrics: Metrics) -> dict[str, float | None]:
     }
     for metric, part in metrics.items():
         if metric not in (*SHIPPED, PREDICTION):
-            found |= _others(metric, part.values)
+            found |= _others(metric, part)
     return {name: _rounded(number) for name, number in found.items()}
 
 

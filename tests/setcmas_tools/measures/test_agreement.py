@@ -39,13 +39,13 @@ def test_settling_is_for_good():
 def test_the_recording_of_the_ros_1_stack():
     metrics = compute(CONSENSUS)
 
-    assert list(metrics['robots'].values) == list(range(1, 9))
+    assert list(metrics['robots']) == list(range(1, 9))
     agreement = metrics['consensus']
     # Four robots start at sqrt(50) m from the centre, four at 5 m.
     assert agreement.disagreement_at_start_m == pytest.approx(math.sqrt(37.5), abs=0.05)
     assert agreement.disagreement_at_end_m < 0.02 * agreement.disagreement_at_start_m
     assert agreement.settling_time_5_percent_s < agreement.settling_time_2_percent_s < 40
-    for motion in metrics['robots'].values.values():
+    for motion in metrics['robots'].values():
         assert motion['largest_speed_m_s'] == pytest.approx(0.5)
         assert 4.0 < motion['path_length_m'] < 9.0
         assert 0 < motion['time_in_saturation_s'] < motion['path_length_m'] / 0.5 + 0.1
@@ -59,7 +59,7 @@ def test_a_rate_is_not_fitted_to_the_plateau_of_the_dead_band():
     slowest = 2 - 2 * math.cos(math.pi / 8)  # eigenvalue of the path's Laplacian
     found = run.metrics()['consensus'].convergence_rate_1_s
     assert found == pytest.approx(0.1 * slowest, rel=0.03)
-    motions = run.metrics()['robots'].values.values()
+    motions = run.metrics()['robots'].values()
     assert min(motion['time_in_dead_band_s'] for motion in motions) > 100
 
 

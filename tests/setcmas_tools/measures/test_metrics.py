@@ -26,7 +26,7 @@ from setcmas_tools.run.run_tables import write_communication
 
 
 def sent(metrics):
-    return {robot: motion['communications'] for robot, motion in metrics['robots'].values.items()}
+    return {robot: motion['communications'] for robot, motion in metrics['robots'].items()}
 
 
 def test_periodic_communications_count_from_the_first_command_on():

@@ -67,7 +67,7 @@ def test_stops_and_times_are_those_between_the_start_and_the_end():
 def test_a_simulation_has_no_safety_and_an_unknown_lab_no_arena():
     record = SafetyRecord.in_order([0.0], [1], ['moving'], [False])
     assert fleet_safety(run_with_of_safety(None, **LAB)) is None
-    assert [*fleet_safety(run_with_of_safety(record)).values.values()] == [0, 0.0, 0.0, None, None]
+    assert [*fleet_safety(run_with_of_safety(record)).values()] == [0, 0.0, 0.0, None, None]
 
 
 AT_EACH_OTHER = 'def control(robotNo, nbRobots, poses, t):\n    return 3 - 2 * robotNo, 0\n'

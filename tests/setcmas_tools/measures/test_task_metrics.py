@@ -5,8 +5,7 @@ import pytest
 from metrics_runs import T, table
 from runs import measure
 
-from setcmas_ctrl.laws.references import References, checked_references
-from setcmas_simu.errors import SetcmasError
+from setcmas_ctrl.laws.references import References, box
 from setcmas_tools import simulate
 from setcmas_tools.measures.task_errors import distance_errors
 from setcmas_tools.measures.task_metrics import spread
@@ -69,11 +68,11 @@ def test_a_robot_that_is_missing_at_times_costs_nothing_then():
 
 
 @pytest.mark.parametrize(
-    'box', [3, [[0, 0]], [[0, 0], [1, 0]], [[1, 1], [0, 0]], [[0, 0], [1e200, 1]]]
+    'corners', [3, [[0, 0]], [[0, 0], [1, 0]], [[1, 1], [0, 0]], [[0, 0], [1e200, 1]]]
 )
-def test_a_box_has_two_corners(box):
-    with pytest.raises(SetcmasError, match=r'BOX is .*must be'):
-        checked_references('coverage', {'BOX': box}, 'law.py')
+def test_a_box_has_two_corners(corners):
+    with pytest.raises(ValueError, match='it must be'):
+        box(corners)
 
 
 def test_position_errors_of_a_formation():

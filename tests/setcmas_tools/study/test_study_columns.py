@@ -17,7 +17,7 @@ def test_every_column_is_a_number_of_some_run():
 
     names = {name for numbers in found for name in numbers}
     assert names == {*COLUMNS}
-    motions = measure(runs[0])['robots'].values.values()
+    motions = measure(runs[0])['robots'].values()
     assert found[0]['communications'] == sum(motion['communications'] for motion in motions)
     assert found[0]['path_length'] == pytest.approx(
         sum(motion['path_length_m'] for motion in motions) / 3
