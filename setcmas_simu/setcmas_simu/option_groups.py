@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import MISSING, Field, astuple, dataclass, field, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -22,27 +21,6 @@ from setcmas_simu.option_kinds import Kind
 from setcmas_simu.yaml_entries import Entry, entries_of, yaml_line
 
 Group = TypeVar('Group', bound='Options')
-
-
-class ClashError(SetcmasError):
-    """Options contradict each other; `typed` is the message with their names as typed."""
-
-    def __init__(self, message: str, *names: str) -> None:
-        super().__init__(message, *names)
-        self.names = names
-        self.typed = message.format(*map(spelled, names))
-
-    def __str__(self) -> str:
-        return str(self.args[0]).format(*self.names)
-
-
-@contextmanager
-def typed_words() -> Iterator[None]:
-    """Show options in messages as the user types them: raise SetcmasError for a ClashError."""
-    try:
-        yield
-    except ClashError as error:
-        raise SetcmasError(error.typed) from None
 
 
 def spelled(name: str) -> str:
@@ -165,7 +143,7 @@ class Options:
         self.check()
 
     def check(self) -> None:
-        """Raise ClashError if the values contradict each other."""
+        """Raise SetcmasError if the values contradict each other."""
 
     @classmethod
     def add_to(
@@ -189,8 +167,7 @@ class Options:
     @classmethod
     def of(cls: type[Group], args: argparse.Namespace) -> Group:
         """Return the values in parsed arguments, or defaults; raise SetcmasError for a clash."""
-        with typed_words():
-            return cls.among(cls.typed(args))
+        return cls.among(cls.typed(args))
 
     @classmethod
     def typed(cls, args: argparse.Namespace) -> dict[str, Any]:
