@@ -13,7 +13,7 @@ from typing import Any, Literal, cast
 from rosbags.interfaces import Connection, Nodetype, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
-from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+from rosbags.typesys import TypesysError, get_types_from_msg
 from rosbags.typesys.store import Typestore
 
 from setcmas_simu.errors import SetcmasError
@@ -104,39 +104,31 @@ class UnknownDefinitionError(Exception):
     """A message type without a usable definition; the message has the reason."""
 
 
-class MessageDefinitions:
-    """Finds definitions: those of ROS 2 Jazzy are built in, others are installed .msg files.
+def add_definition(msgtype: str, types: Typestore) -> None:
+    """Add a message type, such as `nav_msgs/msg/Odometry`, and its parts, unless they are known.
 
-    They are in the sourced ROS workspaces or in this Python environment.
+    Those that are not built in have .msg files in the sourced ROS workspaces or in this Python
+    environment.
 
-    Attributes:
-        store: The types with a known definition.
+    Raises:
+        UnknownDefinitionError: It is neither built in nor installed, or is malformed.
     """
+    try:
+        _register(msgtype, types)
+        types.generate_msgdef(msgtype, ros_version=2)
+        types.hash_rihs01(msgtype)
+    except (TypesysError, KeyError) as error:
+        raise UnknownDefinitionError(f'its definition is malformed: {error}') from error
 
-    def __init__(self) -> None:
-        self.store = get_typestore(Stores.ROS2_JAZZY)
 
-    def add(self, msgtype: str) -> None:
-        """Find the definition of a type such as `nav_msgs/msg/Odometry`, unless it is known.
-
-        Raises:
-            UnknownDefinitionError: It is neither built in nor installed, or is malformed.
-        """
-        try:
-            self._register(msgtype)
-            self.store.generate_msgdef(msgtype, ros_version=2)
-            self.store.hash_rihs01(msgtype)
-        except (TypesysError, KeyError) as error:
-            raise UnknownDefinitionError(f'its definition is malformed: {error}') from error
-
-    def _register(self, msgtype: str) -> None:
-        """Register a type after its parts, unless it is known."""
-        if msgtype not in self.store.fielddefs:
-            definition = _installed(msgtype)
-            for _, field in definition[1]:
-                for part in _part_names(field):
-                    self._register(part)
-            self.store.register({msgtype: definition})
+def _register(msgtype: str, types: Typestore) -> None:
+    """Register a type after its parts, unless it is known."""
+    if msgtype not in types.fielddefs:
+        definition = _installed(msgtype)
+        for _, field in definition[1]:
+            for part in _part_names(field):
+                _register(part, types)
+        types.register({msgtype: definition})
 
 
 def _installed(msgtype: str) -> Any:

@@ -21,6 +21,7 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
+from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports import WRITES_S, Recording
@@ -29,7 +30,7 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.messages import NoPythonTypeError, message_class
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, end_process, node_main
-from setcmas_tools.bags.bag_writer import BagWriter, MessageDefinitions, UnknownDefinitionError
+from setcmas_tools.bags.bag_writer import BagWriter, UnknownDefinitionError, add_definition
 from setcmas_tools.bags.recording_options import RecorderOptions
 
 
@@ -56,7 +57,7 @@ class GraphRecorder:
         self._chosen = chosen
         self._rtf, self._times = rtf, ArrivalTimes(rtf)
         self._waiting: list[Received] = []
-        self._definitions = MessageDefinitions()
+        self._types = get_typestore(Stores.ROS2_JAZZY)
         self._topics: dict[str, RecordedTopic] = {}
         # Of each topic at the last look: number of publishers, types.
         self._seen: dict[str, tuple[int, list[str]]] = {}
@@ -124,14 +125,12 @@ class GraphRecorder:
         if previous := self._topics.pop(name, None):
             self._waiting += previous.end()
         try:
-            self._definitions.add(msgtype)
+            add_definition(msgtype, self._types)
             message_type = message_class(msgtype)
         except (NoPythonTypeError, UnknownDefinitionError) as error:
             self._print_once(f'{name} ({msgtype}) is not recorded: {error}')
             return None
-        connection = self._writer.add_topic(
-            name, msgtype, self._definitions.store, stored_qos(profiles)
-        )
+        connection = self._writer.add_topic(name, msgtype, self._types, stored_qos(profiles))
         self._topics[name] = RecordedTopic(self._node, connection, message_type)
         return self._topics[name]
 

@@ -88,11 +88,7 @@ def simulate(
     """
     sizes = {'nb_robots': nb_robots, 'duration': duration}
     changes |= {name: value for name, value in sizes.items() if value is not None}
-    if isinstance(scenario, Scenario):
-        scenario = scenario.replace(**changes)
-    else:
-        scenario = Scenario.of(scenario, **changes)
-    return Simulation(scenario, warn, progress).run()
+    return Simulation(Scenario.of(scenario, **changes), warn, progress).run()
 
 
 MAX_STATES = 10_000_000

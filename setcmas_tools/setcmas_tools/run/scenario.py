@@ -83,16 +83,19 @@ class Scenario:
     }
 
     @classmethod
-    def of(cls, algo: Algo, **values: Any) -> Scenario:
+    def of(cls, algo: Algo | Scenario, **values: Any) -> Scenario:
         """Return a scenario with values by name, or raise SetcmasError; others have defaults.
 
         Args:
             algo: A control law by name, a script, a function control(robotNo, nbRobots, poses, t),
-                '1:leader.py,2-8:follower.py', or a dictionary with a law for each robot.
+                '1:leader.py,2-8:follower.py', or a dictionary with a law for each robot; or a
+                scenario, whose other values stay.
             values: As in a scenario file. `poses` may be an array with rows x, y (m) and theta
                 (rad); `graph` an adjacency matrix; `ctc` and `si_to_uni` a function, or one for
                 each robot.
         """
+        if isinstance(algo, Scenario):
+            return algo.replace(**values)
         return cls(law=LawOptions(algo=_option('algo').value(algo))).replace(**values)
 
     @classmethod

@@ -102,10 +102,7 @@ def sweep(
     DURATION.check('timeout', timeout)
     sizes = {'nb_robots': nb_robots, 'duration': duration}
     options |= {name: value for name, value in sizes.items() if value is not None}
-    if isinstance(scenario, Scenario):
-        base = scenario.replace(**options)
-    else:
-        base = Scenario.of(scenario, **options)
+    base = Scenario.of(scenario, **options)
     plan = make_plan(base, (vary or {}).items(), seeds, metrics)
     return carry_out(plan, Path(output) if output else None, jobs, timeout)
 

@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_tools.measures.metric import METRICS
+from setcmas_tools.measures.metric import METRICS, words_and_unit
 from setcmas_tools.measures.metrics import PREDICTION, Metrics
 
 _DIGITS = 9
-_OVER_ROBOTS: dict[str, Callable[[list[Any]], Any]] = {
-    'sum': np.sum,
-    'mean': np.mean,
-    'largest': np.max,
-    'mean number': lambda lists: np.mean([len(one) for one in lists]),
-}
+
+
+def _mean_number(lists: list[Any]) -> Any:
+    """Return how many elements lists have, on average."""
+    return np.mean([len(one) for one in lists])
 
 
 @dataclass(frozen=True)
@@ -27,18 +26,23 @@ class Column:
     """A number that describes a run.
 
     Attributes:
-        unit: Its unit; '' if it has none.
-        field: Its field of that metric.
-        over_robots: How values of robots are combined, if there is one per robot.
+        purpose: What it is.
+        metric: The metric that has it.
+        field: Its field of that metric, which ends with its unit.
+        over_robots: Combines values of robots, if there is one per robot.
         endless: Whether a run without it counts as infinite, such as a time never reached.
     """
 
-    unit: str
     purpose: str
     metric: str
     field: str
-    over_robots: str = ''
+    over_robots: Callable[[list[Any]], Any] | None = None
     endless: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Its unit; '' if it has none."""
+        return '' if self.over_robots is _mean_number else words_and_unit(self.field)[1]
 
     def number_in(self, metrics: Metrics) -> float | None:
         """Return the number of a run; None if it has none."""
@@ -49,71 +53,65 @@ class Column:
         by_robot = values[self.field] if is_there else values
         numbers = [one if is_there else one[self.field] for one in by_robot.values()]
         known = [number for number in numbers if number is not None]
-        return float(_OVER_ROBOTS[self.over_robots](known)) if known else None
+        return float(self.over_robots(known)) if known else None
 
 
 COLUMNS = {
     'disagreement': Column(
-        'm', 'RMS distance to the centre, at the end', 'consensus', 'disagreement_at_end_m'
+        'RMS distance to the centre, at the end', 'consensus', 'disagreement_at_end_m'
     ),
     'disagreement_rms': Column(
-        'm', 'RMS distance to the centre over the second half', 'consensus',
+        'RMS distance to the centre over the second half', 'consensus',
         'disagreement_rms_second_half_m',
     ),
     'settling_time': Column(
-        's', 'time from which disagreement stays below 5 %', 'consensus',
-        'settling_time_5_percent_s', endless=True,
+        'time from which disagreement stays below 5 %', 'consensus', 'settling_time_5_percent_s',
+        endless=True,
     ),
     'settling_time_2': Column(
-        's', 'time from which disagreement stays below 2 %', 'consensus',
-        'settling_time_2_percent_s', endless=True,
+        'time from which disagreement stays below 2 %', 'consensus', 'settling_time_2_percent_s',
+        endless=True,
     ),
     'convergence_rate': Column(
-        '1/s', 'decay rate of the disagreement, from 20 % to 2 %', 'consensus',
-        'convergence_rate_1_s',
+        'decay rate of the disagreement, from 20 % to 2 %', 'consensus', 'convergence_rate_1_s'
     ),
     'least_separation': Column(
-        'm', 'smallest distance between two robots', 'separation', 'least_separation_m'
+        'smallest distance between two robots', 'separation', 'least_separation_m'
     ),
-    'collisions': Column('', 'pairs of robots that touched', 'separation', 'pairs_that_touched'),
+    'collisions': Column('pairs of robots that touched', 'separation', 'pairs_that_touched'),
     'largest_distance': Column(
-        'm', 'largest distance between two robots at the end', 'separation',
+        'largest distance between two robots at the end', 'separation',
         'largest_distance_at_end_m',
     ),
-    'path_length': Column('m', 'mean over the robots', 'robots', 'path_length_m', 'mean'),
-    'mean_speed': Column('m/s', 'mean over the robots', 'robots', 'mean_speed_m_s', 'mean'),
-    'largest_speed': Column(
-        'm/s', 'largest speed of all robots', 'robots', 'largest_speed_m_s', 'largest'
-    ),
+    'path_length': Column('mean over the robots', 'robots', 'path_length_m', np.mean),
+    'mean_speed': Column('mean over the robots', 'robots', 'mean_speed_m_s', np.mean),
+    'largest_speed': Column('largest speed of all robots', 'robots', 'largest_speed_m_s', np.max),
     'saturation': Column(
-        's', 'time saturated at the speed limit, mean over the robots', 'robots',
-        'time_in_saturation_s', 'mean',
+        'time saturated at the speed limit, mean over the robots', 'robots',
+        'time_in_saturation_s', np.mean,
     ),
     'dead_band': Column(
-        's', 'time below 0.01 m/s, mean over the robots', 'robots', 'time_in_dead_band_s', 'mean'
+        'time below 0.01 m/s, mean over the robots', 'robots', 'time_in_dead_band_s', np.mean
     ),
-    'communications': Column('', 'states sent by all robots', 'robots', 'communications', 'sum'),
-    'received': Column('', 'messages that arrived', 'messages', 'received'),
-    'lost': Column('', 'messages that were lost', 'messages', 'lost'),
-    'broken_links': Column('', 'times that a link ended', 'messages', 'broken_links'),
+    'communications': Column('states sent by all robots', 'robots', 'communications', np.sum),
+    'received': Column('messages that arrived', 'messages', 'received'),
+    'lost': Column('messages that were lost', 'messages', 'lost'),
+    'broken_links': Column('times that a link ended', 'messages', 'broken_links'),
     'agreement_time': Column(
-        's', 'time from which all laws send the same value', 'messages', 'agreement_time_s',
+        'time from which all laws send the same value', 'messages', 'agreement_time_s',
         endless=True,
     ),
     'position_error': Column(
-        'm', 'formation: RMS over the last 25 %', 'formation',
-        'fleet_position_error_rms_last_quarter_m',
+        'formation: RMS over the last 25 %', 'formation', 'fleet_position_error_rms_last_quarter_m'
     ),
     'distance_error': Column(
-        'm', 'distances: RMS over the last 25 %', 'distances',
-        'distance_error_rms_last_quarter_m',
+        'distances: RMS over the last 25 %', 'distances', 'distance_error_rms_last_quarter_m'
     ),
     'tracking_error': Column(
-        'm', 'tracking: RMS over the second half', 'tracking',
-        'fleet_tracking_error_rms_second_half_m',
+        'tracking: RMS over the second half', 'tracking', 'fleet_tracking_error_rms_second_half_m'
     ),
     'waypoints_reached': Column(
-        '', 'waypoints reached, mean over the robots', 'waypoints', 'reached_at_s', 'mean number'
+        'waypoints reached, mean over the robots', 'waypoints', 'reached_at_s', _mean_number
     ),
 }  # fmt: skip
 """Columns of built-in metrics; those of plugins are named METRIC_FIELD."""

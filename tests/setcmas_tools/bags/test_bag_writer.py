@@ -13,11 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag_reader import open_bag
-from setcmas_tools.bags.bag_writer import (
-    BagWriter,
-    MessageDefinitions,
-    UnknownDefinitionError,
-)
+from setcmas_tools.bags.bag_writer import BagWriter, UnknownDefinitionError, add_definition
 
 POINT = 'geometry_msgs/msg/Point32'
 ZERO = QosTime(0, 0)
@@ -42,7 +38,7 @@ def data(store, make):
 
 
 def add_points(writer):
-    return writer.add_topic('/points', POINT, MessageDefinitions().store, [LATCHED])
+    return writer.add_topic('/points', POINT, get_typestore(Stores.ROS2_JAZZY), [LATCHED])
 
 
 def count(path):
@@ -120,13 +116,13 @@ def test_installed_definitions_and_what_they_are_made_of(install):
             'lab_msgs/msg/SensorKind': 'uint8 kind',
         }
     )
-    found = MessageDefinitions()
-    found.add('lab_msgs/msg/Probe')
+    found = get_typestore(Stores.ROS2_JAZZY)
+    add_definition('lab_msgs/msg/Probe', found)
 
-    text, _ = found.store.generate_msgdef('lab_msgs/msg/Probe', ros_version=2)
+    text, _ = found.generate_msgdef('lab_msgs/msg/Probe', ros_version=2)
     store = get_typestore(Stores.EMPTY)
     store.register(get_types_from_msg(text, 'lab_msgs/msg/Probe'))
-    assert store.hash_rihs01('lab_msgs/msg/Probe') == found.store.hash_rihs01('lab_msgs/msg/Probe')
+    assert store.hash_rihs01('lab_msgs/msg/Probe') == found.hash_rihs01('lab_msgs/msg/Probe')
     assert store.types['lab_msgs/msg/Probe'].GOOD == 1
     assert 'lab_msgs/msg/SensorKind' in store.types
 
@@ -138,4 +134,4 @@ def test_unknown_and_malformed_definitions(install, text):
     install({'lab_msgs/msg/Probe': text} if text else {})
 
     with pytest.raises(UnknownDefinitionError, match=r'is installed|malformed'):
-        MessageDefinitions().add('lab_msgs/msg/Probe')
+        add_definition('lab_msgs/msg/Probe', get_typestore(Stores.ROS2_JAZZY))
