@@ -15,10 +15,6 @@ def law(tmp_path, body):
     return ControlLaw(path, 2, 2)
 
 
-def test_the_script_gets_its_number_the_fleet_and_the_time(tmp_path):
-    assert law(tmp_path, 'return i + n, t')(POSES, 1.5) == (4.0, 1.5)
-
-
 def test_the_script_cannot_change_the_poses_of_others(tmp_path):
     poses = np.zeros((3, 2))
 

@@ -90,15 +90,6 @@ def test_robots_stand_with_the_point_ahead_as_it_is():
     assert (run.poses[-1] == through_quaternion(run.poses[0])).all()
 
 
-def test_the_solution_gives_a_point_ahead_the_velocity_of_the_law():
-    run = simulate(east, 5, 6, si_to_uni=SOLUTION, robot_rate=200, rate=200)
-
-    x, y, theta = np.moveaxis(run.poses, 1, 0)
-    ahead = x + 0.15 * np.cos(theta), y + 0.15 * np.sin(theta)
-    np.testing.assert_allclose(ahead[0][-1] - ahead[0][0], 0.5 * 6, atol=0.01)
-    np.testing.assert_allclose(ahead[1][-1] - ahead[1][0], 0.0, atol=0.01)
-
-
 @pytest.mark.parametrize(
     ('L', 'is_monotonic', 'settles'),
     [(0.15, True, True), (0.08, False, True), (0.04, False, False)],

@@ -34,12 +34,6 @@ def test_matrices(tmp_path):
     assert law(tmp_path, body)(POSES, 0.0, 0.5 * path(4)) == (0.5, 1.0)
 
 
-def test_without_a_graph_all_are_neighbours(tmp_path):
-    body = 'return len(network.neighbours()), network.adjacency().sum()'
-
-    assert law(tmp_path, body)(POSES, 0.0) == (3, 12)
-
-
 def test_nothing_is_answered_between_calls(tmp_path):
     failing = law(tmp_path, '1 / 0')
     with pytest.raises(ControlError):

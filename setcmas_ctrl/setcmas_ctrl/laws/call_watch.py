@@ -8,8 +8,8 @@ import sys
 import threading
 import time
 import traceback
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from setcmas_ctrl.laws.script_errors import StopCall, described_place, places_in, quoted_line
@@ -21,7 +21,7 @@ _REPORT_EVERY_S = 5.0
 
 
 class SlowCalls:
-    """Adds up the duration of each script's calls in a control period.
+    """Adds up the duration of the calls of scripts in a control period.
 
     Attributes:
         period: Time in s for the calls of all robots; unlimited until the control loop sets it.
@@ -30,34 +30,32 @@ class SlowCalls:
     def __init__(self, warn: Callable[[str], None]) -> None:
         self.period = math.inf
         self._warn = warn
-        self._spent: defaultdict[Path, defaultdict[int, float]] = defaultdict(
-            lambda: defaultdict(float)
-        )
-        self._times: Counter[Path] = Counter()
-        self._next_report: dict[Path, float] = {}
+        self._spent: defaultdict[tuple[Path, int], float] = defaultdict(float)
+        self._times = 0
+        self._next_report = -math.inf
 
     def add(self, path: Path, robot: int, duration: float) -> None:
         """Record a call of a script for a robot and its duration in s."""
-        self._spent[path][robot] += duration
+        self._spent[path, robot] += duration
 
     def end_period(self, now: float) -> None:
-        """End a control period at a time in s, and report scripts that were too slow."""
-        for path, spent in self._spent.items():
-            if sum(spent.values()) > self.period:
-                self._times[path] += 1
-                if now >= self._next_report.get(path, now):
-                    self._next_report[path] = now + _REPORT_EVERY_S
-                    self._report(path, spent)
+        """End a control period at a time in s, and report now and then that it was too long."""
+        spent = sum(self._spent.values())
+        if spent > self.period:
+            self._times += 1
+            if now >= self._next_report:
+                self._next_report = now + _REPORT_EVERY_S
+                self._report(spent)
         self._spent.clear()
 
-    def _report(self, path: Path, spent: Mapping[int, float]) -> None:
-        longest, robot = max((duration, robot) for robot, duration in spent.items())
-        count = f'{self._times[path]} time{"s" * (self._times[path] > 1)}'
-        robots = f'{len(spent)} robot{"s" * (len(spent) > 1)}'
+    def _report(self, spent: float) -> None:
+        path, robot = max(self._spent, key=self._spent.__getitem__)
+        robots = len({number for _, number in self._spent})
         self._warn(
-            f'{path.name} took {sum(spent.values()):.2f} s for {robots} '
-            f'({longest:.2f} s for {robot_name(robot)}), longer than the control period of '
-            f'{self.period:.2f} s ({count} so far)'
+            f'scripts took {spent:.2f} s for {robots} robot{"s" * (robots > 1)} '
+            f'({self._spent[path, robot]:.2f} s of it {path.name} for {robot_name(robot)}), '
+            f'longer than the control period of {self.period:.2f} s '
+            f'({self._times} time{"s" * (self._times > 1)} so far)'
         )
 
 

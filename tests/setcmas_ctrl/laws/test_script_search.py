@@ -31,13 +31,6 @@ def test_each_robot_has_its_script(folder):
     assert [scripts.script(robot).name for robot in (1, 3)] == ['leader.py', 'follower.py']
 
 
-def test_one_script_is_for_every_robot_of_any_fleet(folder):
-    scripts = LawScripts('leader')
-
-    assert velocities(scripts, 5) == [(0.3, 0.0)] * 5
-    assert [path.name for path in scripts.paths] == ['leader.py']
-
-
 def test_values_go_to_the_scripts_that_have_the_name(folder):
     scripts = LawScripts('1:leader.py,2:follower.py', settings={'K': 0.2, 'V': 0.4})
 

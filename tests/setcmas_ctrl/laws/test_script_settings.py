@@ -66,14 +66,6 @@ def test_other_forms_are_refused_with_an_example(text):
     assert '\n' not in str(caught.value)
 
 
-def test_what_is_derived_from_a_name_follows_it(load):
-    module = load('W=0.25', 'WPL=[[1, 1], [2, 2]]')
-
-    assert module.W == 0.25
-    assert pytest.approx(8 * np.pi) == module.PERIOD
-    assert module.NB_WP == 2
-
-
 def test_names_are_set_however_they_are_given_their_value(load):
     module = load('KI=7', 'NAME=b', 'LATER=[1]', 'W=2', 'FAST=false')
 
