@@ -1,6 +1,5 @@
 """Report of a run whose law fails for two of its robots, and whose every text is hostile."""
 
-import json
 from html.parser import HTMLParser
 
 HOSTILE = '</script><img src=x onerror="document.title = 1">'
@@ -48,11 +47,6 @@ class Page(HTMLParser):
     def handle_data(self, data):
         if self._open:
             self.text.append((self._open[-1], data))
-
-    @property
-    def data(self):
-        """What the player shows."""
-        return json.loads(next(text for tag, text in self.text if tag == 'script'))
 
     @property
     def shown(self):

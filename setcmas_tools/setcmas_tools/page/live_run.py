@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -24,8 +23,6 @@ FORGOTTEN_S = 30.0
 """Silence in s from which a robot is not shown any more."""
 MOST_FRAMES = 1200
 """Poses of two minutes, for pages that are opened later."""
-OK, WARN, ERROR = 0, 1, 2
-"""Levels, as of diagnostic_msgs/DiagnosticStatus."""
 CHARTS = (('Disagreement', 'm'), ('Least separation', 'm'), ('Mean speed', 'm/s'))
 """Names and units of the numbers that each frame has."""
 
@@ -38,7 +35,6 @@ _SILENCE_S = 2.0
 _PAUSED_TIMEOUT_S = 0.5
 _DIAGNOSIS_TIMEOUT_S = 2.0
 _FARTHEST_M = 1e6
-_KINDS = {OK: '', WARN: 'stopped', ERROR: 'failed'}
 
 
 @dataclass(frozen=True)
@@ -52,9 +48,9 @@ class _Seen:
 
 @dataclass(frozen=True)
 class RobotDiagnosis:
-    """Level, state and reason that an experiment reports of a robot, at a time in s."""
+    """Kind, state and reason that an experiment reports of a robot, at a time in s."""
 
-    level: int
+    kind: str
     state: str
     reason: str
     time: float
@@ -97,20 +93,15 @@ class PauseStates:
             return self.requested
         return self._paused or now - self._paused_time > _PAUSED_TIMEOUT_S
 
-    def describe(self, robot: int, lost: bool, speed: float, now: float) -> tuple[int, str]:
-        """Return the level and the state of a robot in words, at a speed in m/s and a time in s.
-
-        `lost` tells whether it is silent.
-        """
-        if lost:
-            return ERROR, 'lost'
+    def describe(self, robot: int, speed: float, now: float) -> tuple[str, str]:
+        """Return the state of a robot, at a speed in m/s and a time in s: its kind, and words."""
         found = self.diagnoses.get(robot)
         if found and now - found.time <= _DIAGNOSIS_TIMEOUT_S:
             parts = dict.fromkeys(filter(None, (found.state, found.reason)))  # each once
-            return found.level, ': '.join(parts)
+            return found.kind, ': '.join(parts)
         if self.paused(now):
-            return WARN, 'paused'
-        return OK, 'moving' if abs(speed) >= _MOVING_M_S else 'standing'
+            return 'stopped', 'paused'
+        return '', 'moving' if abs(speed) >= _MOVING_M_S else 'standing'
 
 
 class RunClock:
@@ -284,12 +275,12 @@ class LiveRun:
     def _t(self, now: float) -> float:
         return round(now - self._t0, 3)
 
-    def _lost(self, robots: Collection[int], now: float) -> NDArray[np.bool_]:
-        limit = math.inf if self.ended else LOST_S
-        return np.array([now - self._seen[robot].time > limit for robot in robots], bool)
+    def _lost(self, now: float) -> set[int]:
+        seen = () if self.ended else self._seen.items()
+        return {robot for robot, one in seen if now - one.time > LOST_S}
 
     def _frame(self, now: float) -> Message:
-        robots = self.robots
+        robots, lost = self.robots, self._lost(now)
         put, self._put = sorted(self._put), set()
         seen = [self._seen[robot] for robot in robots]
         rows: Floats = np.array([(*one.pose, one.speed) for one in seen])
@@ -304,23 +295,24 @@ class LiveRun:
             'clock': None if clock is None else round(clock, 3),
             'curves': [None] * len(CHARTS)
             if clock is None  # nothing has commanded these robots yet
-            else _curves(rows[~self._lost(robots, now)], self.task),
+            else _curves(rows[[robot not in lost for robot in robots]], self.task),
         }
 
     def _describe_robots(self, now: float) -> None:
-        robots = self.robots
-        for robot, lost in zip(robots, self._lost(robots, now).tolist(), strict=True):
-            level, text = OK, 'at the end'
-            if not self.ended:
-                level, text = self.states.describe(robot, lost, self._seen[robot].speed, now)
-            state = _KINDS.get(level, 'failed'), text.partition(':')[0], text
-            self._items['states'].put(robot, state)
+        robots, lost = self.robots, self._lost(now)
+        for robot in robots:
+            kind, text = self.states.describe(robot, self._seen[robot].speed, now)
+            if self.ended:
+                kind, text = '', 'at the end'
+            elif robot in lost:
+                kind, text = 'failed', 'lost'
+            self._items['states'].put(robot, (kind, text.partition(':')[0], text))
             look = look_entry(robot, self.models.get(robot, UNICYCLE), len(robots))
             self._items['looks'].put(robot, look)
 
     def _described(self, now: float) -> Message:
         robots, paused = self.robots, self.states.paused(now)
-        lost = int(self._lost(robots, now).sum())
+        lost = len(self._lost(now))
         unseen = sorted(set(self.announced) - set(robots))
         count = f'{len(robots)} robot{"" if len(robots) == 1 else "s"}'
         state = 'paused' if paused else self.clock.describe(self._run_time(now))

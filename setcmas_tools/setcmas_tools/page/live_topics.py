@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -36,11 +36,12 @@ _GRAPHS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Of several controller processes, each of which has the rows of its own robots."""
 _MARKERS = QoSProfile(depth=500, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """As many as a trail of a control script keeps for those who come late."""
+_KINDS = {DiagnosticStatus.OK: '', DiagnosticStatus.WARN: 'stopped'}
 GRACE_S = 3.0
 """Time in s after which contents of vanished topics go; those of a run vanish one by one."""
 _FARTHEST_M = 1e6
 _LEAST_M = 0.01
-_KINDS = {
+_TYPES = {
     'nav_msgs/msg/Odometry': (Odometry, _NEWEST),
     'std_msgs/msg/UInt16': (UInt16, _EVENTS),
     'std_msgs/msg/Float32MultiArray': (Float32MultiArray, _GRAPHS),
@@ -74,9 +75,9 @@ class LiveTopics:
     def look(self) -> None:
         """Follow the changes of the graph since the last look."""
         found = {
-            name: _KINDS[types[0]]
+            name: _TYPES[types[0]]
             for name, types in self._node.get_topic_names_and_types()
-            if types[0] in _KINDS and self._node.count_publishers(name)
+            if types[0] in _TYPES and self._node.count_publishers(name)
         }
         if any(kind is Odometry for kind, _ in found.values()):  # else a run has ended
             self._run.real = any(name.startswith('/mocap/') for name in found)
@@ -208,9 +209,9 @@ class LiveTopics:
             robot = topics.robot_of(f'/{status.name}/')
             if robot:
                 values = {item.key: item.value for item in status.values}
-                level = int.from_bytes(status.level, 'little')
-                reason = status.message if level else ''
-                found = RobotDiagnosis(level, values.get('state', ''), reason, self._now)
+                kind = _KINDS.get(status.level, 'failed')
+                reason = status.message if kind else ''
+                found = RobotDiagnosis(kind, values.get('state', ''), reason, self._now)
                 self._run.states.diagnoses[robot] = found
 
     def _on_graph(self, message: Float32MultiArray) -> None:

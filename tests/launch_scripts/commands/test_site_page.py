@@ -71,19 +71,6 @@ def test_a_law_with_an_error_is_marked_and_mended(page):
     assert page.browser.find_elements(By.CSS_SELECTOR, '#printed b') == []
 
 
-def test_settings_of_the_script_and_of_the_run_count(page):
-    page.write(LAW)
-    page.set('nb_robots', '3')
-    page.set('duration', '10')
-    page.find('#set').send_keys('K=0.1')
-    page.run()
-    assert page.script('return page.robots.length') == 3
-    moved = page.script('return Math.hypot(page.robots[0].x[50], page.robots[0].y[50])')
-    page.script("document.getElementById('set').value = 'K=2'")
-    page.run()
-    assert page.script('return Math.hypot(page.robots[0].x[50], page.robots[0].y[50])') < moved
-
-
 def test_exercises_and_rubrics_are_checked_with_points_and_a_hint(page):
     law = ALGORITHMS.file('consensus').read_text().replace('K = 0.5', 'K = 1')
     Select(page.find('#source')).select_by_value('exercise:consensus')
@@ -109,6 +96,7 @@ def test_a_run_leaves_the_page_as_files(page, tmp_path):
     for name, value in (('duration', '5'), ('loss', '0.2'), ('delay', '0.2')):
         page.set(name, value)
     page.script("document.getElementById('option-noise').value = '0.01'")
+    page.find('#set').send_keys('K=0.1')
     page.run()
     stem = page.find('#file-name').get_attribute('value').removesuffix('.py')
     page.click('#save-law')
@@ -120,7 +108,7 @@ def test_a_run_leaves_the_page_as_files(page, tmp_path):
     loaded = Run.load(tmp_path / 'run')
     assert loaded.inputs[0].contents == [LAW.encode()]
     law = next((tmp_path / 'run').rglob('my_*.py'))
-    here = simulate(str(law), 8, 5.0, loss=0.2, delay=0.2, noise=0.01)
+    here = simulate(str(law), 8, 5.0, loss=0.2, delay=0.2, noise=0.01, set={'K': 0.1})
     assert np.allclose(loaded.poses, here.poses, rtol=0, atol=1e-9)
     assert loaded.info.origin.host['system'].startswith('Emscripten')
     assert str(loaded.metrics()).splitlines()[-1] in page.text('#metrics')

@@ -7,8 +7,6 @@ from setcmas_tools.page.live_run import (
     FORGOTTEN_S,
     LOST_S,
     MOST_FRAMES,
-    OK,
-    WARN,
     LiveRun,
     PauseStates,
     RobotDiagnosis,
@@ -147,12 +145,12 @@ def test_in_an_experiment_the_pause_node_counts_and_its_silence_means_paused():
 
 def test_diagnostics_say_why_a_robot_is_stopped():
     states = PauseStates()
-    states.diagnoses[1] = RobotDiagnosis(WARN, 'stopped', 'pose 0.4 s old', 10.0)
+    states.diagnoses[1] = RobotDiagnosis('stopped', 'stopped', 'pose 0.4 s old', 10.0)
 
-    assert states.describe(1, False, 0.3, 10.5) == (WARN, 'stopped: pose 0.4 s old')
-    assert states.describe(1, False, 0.3, 20.0) == (OK, 'moving')
-    states.diagnoses[1] = RobotDiagnosis(WARN, 'paused', 'paused', 10.0)
-    assert states.describe(1, False, 0.0, 10.5) == (WARN, 'paused')
+    assert states.describe(1, 0.3, 10.5) == ('stopped', 'stopped: pose 0.4 s old')
+    assert states.describe(1, 0.3, 20.0) == ('', 'moving')
+    states.diagnoses[1] = RobotDiagnosis('stopped', 'paused', 'paused', 10.0)
+    assert states.describe(1, 0.0, 10.5) == ('stopped', 'paused')
 
 
 def command(clock, first, last, paused=False):
