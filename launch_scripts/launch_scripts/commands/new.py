@@ -24,7 +24,7 @@ from launch_scripts.environment import missing_ros
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, CONDITIONS, EXERCISES
 from setcmas_ctrl.laws.script_search import find_script
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, file_errors
 
 SESSION_PAGE = 'session.md'
 
@@ -100,12 +100,9 @@ def _write_session(args: argparse.Namespace) -> int:
         raise SetcmasError(f"there is no session '{args.session}'; there are {', '.join(known)}")
     _, head, page = source.read_text(encoding='utf-8').split('---\n', 2)
     folder = Path(args.name or source.stem)
-    try:
+    _check_new(folder)
+    with file_errors(f"'{folder}' cannot be created"):
         folder.mkdir()
-    except FileExistsError:
-        raise SetcmasError(f"'{folder}' already exists; choose another name") from None
-    except OSError as error:
-        raise SetcmasError(f"'{folder}' cannot be created: {error.strerror}") from error
     end = f'_{args.session}'
     files = [path for path in sessions.iterdir() if path.stem.endswith(end)]
     contents = {f'{one.stem.removesuffix(end)}{one.suffix}': one.read_bytes() for one in files}
@@ -143,14 +140,15 @@ def _new_file(name: str) -> Path:
     return target
 
 
+def _check_new(path: Path) -> None:
+    if path.exists():
+        raise SetcmasError(f"'{path}' already exists; choose another name")
+
+
 def _write(target: Path, content: bytes) -> None:
-    try:
-        with target.open('xb') as file:
-            file.write(content)
-    except FileExistsError:
-        raise SetcmasError(f"'{target}' already exists; choose another name") from None
-    except OSError as error:
-        raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
+    _check_new(target)
+    with file_errors(f"'{target}' cannot be written"):
+        target.write_bytes(content)
 
 
 def _next_command(stem: str, source: str) -> str:

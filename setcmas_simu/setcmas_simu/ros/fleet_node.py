@@ -6,6 +6,7 @@ import re
 import weakref
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from types import SimpleNamespace
 from typing import Any, cast
 
 import rclpy
@@ -88,7 +89,7 @@ class FleetNode(Node):
     def create_publisher(self, msg_type: Any, topic: str, *args: Any, **kwargs: Any) -> Publisher:
         """Create a publisher without event callbacks, which would burden the executor."""
         if msg_type is ParameterEvent and self._is_quiet:
-            return cast(Publisher, _NoParameterEvents())
+            return cast(Publisher, SimpleNamespace(publish=bool))  # discards them
         kwargs.setdefault('event_callbacks', PublisherEventCallbacks(use_default_callbacks=False))
         return super().create_publisher(msg_type, self.full_name(topic), *args, **kwargs)
 
@@ -180,10 +181,3 @@ def of_other_nodes() -> dict[str, Any]:
 
 
 _NAMES = re.compile(r'(__ns|__node|__name):=')
-
-
-class _NoParameterEvents:
-    """Discards events: not every node of a fleet needs a topic for them."""
-
-    def publish(self, event: ParameterEvent) -> None:
-        pass
