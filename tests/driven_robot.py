@@ -28,7 +28,7 @@ class DrivenRobot:
         path: Metres that its wheels have rolled.
     """
 
-    def __init__(self, seed=0, rate=50.0, delay=None, lag=None):
+    def __init__(self, seed=0, rate=50.0):
         self.rng = rng = random.Random(seed)
         self.now = 100.0
         self.V = self.omega = self.path = 0.0
@@ -39,8 +39,8 @@ class DrivenRobot:
         self.heading = rng.uniform(-3, 3)
         self.place = complex(rng.uniform(-2, 2), rng.uniform(-2, 2))
         self.measured = None
-        self._delay = round((rng.uniform(0.02, 0.12) if delay is None else delay) / STEP_S)
-        self._lag = rng.uniform(0.02, 0.12) if lag is None else lag
+        self._delay = round(rng.uniform(0.02, 0.12) / STEP_S)
+        self._lag = rng.uniform(0.02, 0.12)
         self.gain = rng.uniform(0.92, 1.02), rng.uniform(0.9, 1.05)
         self._offset = cmath.rect(rng.uniform(0, 0.03), rng.uniform(-3, 3))  # of the body
         self._latency = round(rng.uniform(0.01, 0.04) / STEP_S)

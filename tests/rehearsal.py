@@ -16,8 +16,8 @@ from nav_msgs.msg import Odometry
 from processes import SETCMAS, TIMEOUT_S, die_with_parent
 from ros_peer import Peer
 from std_msgs.msg import String
+from terminals import pressed_until
 
-from setcmas_expe.pause.press_judge import REACTION_S
 from setcmas_simu.fleet.planar_pose import wrap_angle, yaw_of_quaternion
 from setcmas_simu.fleet.topics import truth_topic
 
@@ -120,7 +120,6 @@ class Rehearsal:
         self.log = folder / 'expe.txt'
         self.truth = {robot: watch(peer, robot) for robot in range(1, nb_robots + 1)}
         self._fault = peer.node.create_publisher(String, '/emulated_lab/fault', 10)
-        self._next_press = 0.0
         self.others: list = []
         """Publishers of somebody else's, while a fault lasts."""
         self.commands: list = []
@@ -177,18 +176,9 @@ class Rehearsal:
     def press_until(self, condition: Callable[[], bool], key: str = 's') -> None:
         """Press a key, by default the one that starts robots, until a condition holds."""
         try:
-            self.peer.wait_for(lambda: self._holds_or_press(condition, key))
+            self.peer.wait_for(pressed_until(lambda: self.press(key), condition))
         except AssertionError as error:
             raise AssertionError(f'{error}\n{self.output()[-3000:]}') from None
-
-    def _holds_or_press(self, condition: Callable[[], bool], key: str) -> bool:
-        if condition():
-            return True
-        now = time.monotonic()
-        if now >= self._next_press:
-            self._next_press = now + 1.5 * REACTION_S  # sooner, they count as one
-            self.press(key)
-        return False
 
     def fault(self, text: str) -> float:
         """Order a fault from the emulated lab; returns when, in s since 1970."""

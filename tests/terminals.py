@@ -19,6 +19,26 @@ from setcmas_expe.pause.press_judge import REACTION_S
 ESCAPE = re.compile('\x1b\\[[0-9;?]*[A-Za-z]')
 
 
+def pressed_until(press, condition):
+    """Return a condition that holds when another one does, and calls `press` until then.
+
+    Again and again: a press that comes too early, or while a busy machine delays processes, is
+    refused. Sooner, two presses count as one.
+    """
+    next_press = 0.0
+
+    def holds():
+        nonlocal next_press
+        if condition():
+            return True
+        if time.monotonic() >= next_press:
+            next_press = time.monotonic() + 1.5 * REACTION_S
+            press()
+        return False
+
+    return holds
+
+
 class Terminal:
     """A terminal of one's own with a setcmas command in it."""
 
@@ -76,22 +96,16 @@ class Terminal:
         self.press_until(started, 's')
 
     def press_until(self, shown, key):
-        """Press a key until the terminal shows a pattern, or a function returns true.
+        """Press a key until the terminal shows a pattern, or a function returns true."""
 
-        Again: a press that comes too early, or while a busy machine delays processes, is refused.
-        """
-        seen = shown if callable(shown) else lambda: re.search(shown, self.text, re.DOTALL)
-        deadline = time.monotonic() + TIMEOUT_S
-        next_press = 0.0
-        while True:
+        def is_shown():
             self.read()
-            if seen():
-                return
-            now = time.monotonic()
-            assert now < deadline, self.text
-            if now >= next_press:
-                next_press = now + 1.5 * REACTION_S
-                self.press(key)
+            return shown() if callable(shown) else re.search(shown, self.text, re.DOTALL)
+
+        holds = pressed_until(lambda: self.press(key), is_shown)
+        deadline = time.monotonic() + TIMEOUT_S
+        while not holds():
+            assert time.monotonic() < deadline, self.text
             time.sleep(0.02)
 
     def wait(self, timeout=TIMEOUT_S):

@@ -1,7 +1,7 @@
 import os
 import signal
 import sys
-import time
+from functools import partial
 
 import pytest
 
@@ -12,6 +12,7 @@ from ros_peer import Peer
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from terminals import pressed_until
 
 from launch_scripts.supervisor import Supervisor
 from setcmas_ctrl.pause_reason import PauseCause, PauseReason
@@ -111,26 +112,9 @@ class Operator:
         return (self._child.process.stderr.read() or b'').decode()
 
     def press_until(self, press, condition):
-        """Press, again where a busy machine held the node up or two presses came too soon.
-
-        Args:
-            press: A word of the terminal, or a function that presses something else.
-            condition: What is waited for.
-        """
-        word = press
-        press = press if callable(press) else lambda: self.request(word)
-        next_press = 0.0
-
-        def holds():
-            nonlocal next_press
-            if condition():
-                return True
-            if time.monotonic() > next_press:
-                next_press = time.monotonic() + 1.5 * REACTION_S
-                press()
-            return False
-
-        self._peer.wait_for(holds)
+        """Press until a condition holds; `press` is a word of the terminal, or a function."""
+        press = press if callable(press) else partial(self.request, press)
+        self._peer.wait_for(pressed_until(press, condition))
 
     def wait_for(self, text):
         self._peer.wait_for(lambda: self.status and text in self.status.why)
