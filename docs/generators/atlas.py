@@ -222,7 +222,7 @@ def theory(run: Run) -> list[str]:
     metrics = run.metrics()
     found = metrics.get('prediction')
     predicts = isinstance(found, Comparison) and found.figures
-    lines = found.lines if predicts else fleet_lines(metrics.parts)
+    lines = found.lines if predicts else fleet_lines(metrics)
     return ['```text', *lines, '```', '']
 
 

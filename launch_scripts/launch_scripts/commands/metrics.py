@@ -39,6 +39,6 @@ def main(args: argparse.Namespace) -> int:
     write_yaml(metrics, target)
     print(metrics)
     if args.theory:
-        print(*theory_lines(metrics.parts), sep='\n')
+        print(*theory_lines(metrics), sep='\n')
     print(target)
     return 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -121,32 +120,24 @@ _FIRST = (
 """The first metrics of the table; then all others."""
 
 
-@dataclass(frozen=True)
-class Metrics(Mapping[str, Any]):
+class Metrics(dict[str, Any]):
     """The metrics of a run that apply to it, by name.
 
     The duration is from the first to the last row at t >= 0; vnom is the limit of commands;
     communication is 'periodic' (each odometry is sent) or 'event-triggered'.
     """
 
-    task: str | None
-    duration_s: float
-    vnom_m_s: float
-    communication: str
-    parts: Mapping[str, Measured]
-
-    def __getitem__(self, name: str) -> Any:
-        return self.parts[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.parts)
-
-    def __len__(self) -> int:
-        return len(self.parts)
+    def __init__(self, parts: Mapping[str, Measured], run: Run) -> None:
+        """Take the metrics of a run."""
+        super().__init__(parts)
+        self.task = run.references.task if run.references else None
+        self.duration_s = float(run.counted.t[-1] - run.counted.t[0])
+        self.vnom_m_s = largest_speed(run)
+        triggered = run.record is not None and run.record.is_event_triggered
+        self.communication = 'event-triggered' if triggered else 'periodic'
 
     def __str__(self) -> str:
-        rows = robots_table(self.parts).splitlines()
-        return '\n'.join([*rows, *fleet_lines(self.parts)])
+        return '\n'.join([*robots_table(self).splitlines(), *fleet_lines(self)])
 
     __repr__ = __str__
 
@@ -163,20 +154,13 @@ def measure(
     """
     if not len(run.counted.t):
         raise SetcmasError('no row has t >= 0: the robots were never commanded')
-    triggered = bool(run.record and run.record.is_event_triggered)
     found = _found(run, warn, own or {})
     first = {name: found.pop(name) for name in _FIRST if name in found}
     known = {name: part for name, part in (first | found).items() if part is not None}
     with _failures(PREDICTION, warn):
         if prediction := compared(run, known):
             known[PREDICTION] = prediction
-    return Metrics(
-        run.references.task if run.references else None,
-        float(run.counted.t[-1] - run.counted.t[0]),
-        largest_speed(run),
-        'event-triggered' if triggered else 'periodic',
-        known,
-    )
+    return Metrics(known, run)
 
 
 def _found(
@@ -220,13 +204,7 @@ _Dumper.add_representer(
 
 def as_dict(metrics: Metrics) -> dict[str, Any]:
     """Return metrics as plain, rounded values in a fixed order."""
-    head = {
-        'task': metrics.task,
-        'duration_s': metrics.duration_s,
-        'vnom_m_s': metrics.vnom_m_s,
-        'communication': metrics.communication,
-    }
-    values = {**head, **metrics}
+    values = {**vars(metrics), **metrics}
     return {name: _rounded(value) for name, value in values.items() if value is not None}
 
 

@@ -176,7 +176,7 @@ def failure_html(ones: list[ScriptFailure]) -> str:
 
 def _metrics(run: Run, warn: Callable[[str], None]) -> tuple[str, list[str]]:
     try:
-        parts = measure(run, warn).parts
+        parts = measure(run, warn)
         return robots_table(parts, 'html'), fleet_lines(parts)
     except SetcmasError as error:
         return '', [str(error)]

@@ -214,7 +214,7 @@ def _failures(made: Run) -> list[Answer]:
 
 def _metrics(made: Run, page: _Page) -> Answer:
     try:
-        parts: Mapping[str, Any] = measure(made, page.warn).parts
+        parts: Mapping[str, Any] = measure(made, page.warn)
     except SetcmasError as error:
         return {'headers': [], 'rows': [], 'lines': [str(error)]}
     headers, *rows = robots_rows(parts) or [[]]

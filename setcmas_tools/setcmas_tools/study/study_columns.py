@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_tools.measures.metric import METRICS, words_and_unit
-from setcmas_tools.measures.metrics import PREDICTION, Metrics
+from setcmas_tools.measures.metric import METRICS, Measured, words_and_unit
+from setcmas_tools.measures.metrics import PREDICTION
 
 _DIGITS = 9
 
@@ -44,7 +44,7 @@ class Column:
         """Its unit; '' if it has none."""
         return '' if self.over_robots is _mean_number else words_and_unit(self.field)[1]
 
-    def number_in(self, metrics: Metrics) -> float | None:
+    def number_in(self, metrics: Mapping[str, Measured]) -> float | None:
         """Return the number of a run; None if it has none."""
         values = metrics[self.metric]
         if not self.over_robots:
@@ -123,7 +123,7 @@ SHIPPED = {column.metric for column in COLUMNS.values()}
 """The built-in metrics."""
 
 
-def numbers_of(metrics: Metrics) -> dict[str, float | None]:
+def numbers_of(metrics: Mapping[str, Measured]) -> dict[str, float | None]:
     """Return the metrics of a run by column, with 9 digits."""
     found = {
         name: column.number_in(metrics)

@@ -3,8 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metrics_runs import T, compute, table
-from ros1_recordings import CONSENSUS
+from metrics_runs import T, table
 from runs import measure
 
 from setcmas_tools import simulate
@@ -34,21 +33,6 @@ def test_settling_is_for_good():
     assert again.settling_time_5_percent_s == pytest.approx(8.5)
     assert never.settling_time_2_percent_s is None
     assert never.convergence_rate_1_s is None
-
-
-def test_the_recording_of_the_ros_1_stack():
-    metrics = compute(CONSENSUS)
-
-    assert list(metrics['robots']) == list(range(1, 9))
-    agreement = metrics['consensus']
-    # Four robots start at sqrt(50) m from the centre, four at 5 m.
-    assert agreement.disagreement_at_start_m == pytest.approx(math.sqrt(37.5), abs=0.05)
-    assert agreement.disagreement_at_end_m < 0.02 * agreement.disagreement_at_start_m
-    assert agreement.settling_time_5_percent_s < agreement.settling_time_2_percent_s < 40
-    for motion in metrics['robots'].values():
-        assert motion['largest_speed_m_s'] == pytest.approx(0.5)
-        assert 4.0 < motion['path_length_m'] < 9.0
-        assert 0 < motion['time_in_saturation_s'] < motion['path_length_m'] / 0.5 + 0.1
 
 
 def test_a_rate_is_not_fitted_to_the_plateau_of_the_dead_band():

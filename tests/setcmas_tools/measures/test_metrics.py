@@ -160,12 +160,7 @@ def test_a_metric_may_return_a_number(monkeypatch, number):
     assert as_dict(metrics)['height'] == {'value': 2.0, 'unit': ''}
 
 
-WRONG = {
-    'dict': ({'a': 1}, 'returned a value of type dict; it must return a number'),
-    'text': ('2 m', 'returned a value of type str; it must return a number'),
-    'array': (np.zeros(3), 'returned a value of type ndarray; it must return a number'),
-    'truth': (True, 'returned a value of type bool; it must return a number'),
-}
+WRONG = {'dict': {'a': 1}, 'str': '2 m', 'ndarray': np.zeros(3), 'bool': True}
 
 
 @pytest.mark.parametrize('value', ['2 m', {1: '2 m'}])
@@ -174,10 +169,10 @@ def test_a_value_is_a_number(value):
         Value('height', value)
 
 
-@pytest.mark.parametrize('name', WRONG)
-def test_what_is_no_metric_is_reported_in_one_line_with_its_package(tmp_path, monkeypatch, name):
-    result, reason = WRONG[name]
-    add_plugins(monkeypatch, METRICS, height=lambda _: result)
+@pytest.mark.parametrize('kind', WRONG)
+def test_what_is_no_metric_is_reported_in_one_line_with_its_package(tmp_path, monkeypatch, kind):
+    reason = f'returned a value of type {kind}; it must return a number'
+    add_plugins(monkeypatch, METRICS, height=lambda _: WRONG[kind])
     messages = []
 
     metrics = metrics_module.measure(run_of(table((T, 0, 0))), messages.append)
@@ -191,7 +186,7 @@ def test_what_is_no_metric_is_reported_in_one_line_with_its_package(tmp_path, mo
 
 def told(*arguments, **options):
     """The lines on a run of consensus."""
-    return fleet_lines(simulate(*arguments, **options).metrics().parts)
+    return fleet_lines(simulate(*arguments, **options).metrics())
 
 
 def test_the_first_run_of_a_newcomer_reads_as_a_success():
@@ -222,11 +217,11 @@ def test_contacts_count_where_robots_are_kept_apart_or_need_not_meet():
 
 
 def test_what_theory_says_is_told_only_when_asked():
-    parts = simulate('consensus', 3, 5).metrics().parts
+    parts = simulate('consensus', 3, 5).metrics()
 
     assert not any(line.startswith('theory') for line in fleet_lines(parts))
     assert theory_lines(parts)[0].startswith('theory: convergence rate 0.5 1/s')
-    parts = simulate('nav_wp', 1, 1).metrics().parts
+    parts = simulate('nav_wp', 1, 1).metrics()
     assert theory_lines(parts) == ['theory: nothing is predicted for this law']
 
 

@@ -90,7 +90,7 @@ def test_robots_start_where_they_were_at_the_first_command():
 def test_late_positions_are_not_predicted(options):
     metrics = simulate('laplacian_consensus', 4, 5.0, **options).metrics()
 
-    assert theory_lines(metrics.parts) == ['theory: the law predicts nothing for these conditions']
+    assert theory_lines(metrics) == ['theory: the law predicts nothing for these conditions']
 
 
 def test_robots_that_have_met_do_not_rest_because_of_a_dead_band():
@@ -118,7 +118,7 @@ def test_predicted_values_are_written():
         figure.predicted, rel=1e-5
     )
     line = f'theory: convergence rate {figure.predicted:.3g} 1/s (sampled model, h = 0.2 s: '
-    assert line in '\n'.join(theory_lines(metrics.parts))
+    assert line in '\n'.join(theory_lines(metrics))
 
 
 def test_a_prediction_that_fails_is_reported(monkeypatch, capsys):

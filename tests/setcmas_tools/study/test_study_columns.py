@@ -2,7 +2,7 @@ import pytest
 
 from setcmas_tools import simulate
 from setcmas_tools.measures.metric import Measured, Value
-from setcmas_tools.measures.metrics import Metrics, measure
+from setcmas_tools.measures.metrics import measure
 from setcmas_tools.study.study_columns import COLUMNS, numbers_of
 
 
@@ -31,7 +31,7 @@ def test_metrics_of_plugins_have_columns_of_their_own():
         'fruit': Measured({'apples': -0.0, 'pears': {1: 1.0, 2: 2.0}, 'name': 'basket'}),
     }
 
-    assert numbers_of(Metrics(None, 1.0, 0.5, 'periodic', parts)) == {
+    assert numbers_of(parts) == {
         'excursion': 3.0,
         'fruit_apples': 0.0,
         'fruit_pears': 1.5,
