@@ -199,27 +199,23 @@ class RecordedTopic:
         """Prepare for a topic of the bag; `adapt_to` subscribes."""
         self.msgtype = connection.msgtype
         self._node, self._connection, self._message_type = node, connection, message_type
-        self._reliable = self._transient_local = True
+        self._guarantees = (True, True)  # reliable, transient local
         self._subscription: Subscription | None = None
 
     def adapt_to(self, profiles: list[QoSProfile]) -> list[Received]:
         """Subscribe so that as little is lost as publishers allow; return what came before."""
         # Never up again: latched messages would arrive twice.
-        reliable = self._reliable and all(one.reliability == _RELIABLE for one in profiles)
-        transient_local = self._transient_local and all(
-            one.durability == _TRANSIENT_LOCAL for one in profiles
-        )
-        if self._subscription and (reliable, transient_local) == (
-            self._reliable,
-            self._transient_local,
-        ):
+        reliable, latched = self._guarantees
+        reliable = reliable and all(one.reliability == _RELIABLE for one in profiles)
+        latched = latched and all(one.durability == _TRANSIENT_LOCAL for one in profiles)
+        if self._subscription and (reliable, latched) == self._guarantees:
             return []
         received = self.end()
-        self._reliable, self._transient_local = reliable, transient_local
+        self._guarantees = reliable, latched
         profile = QoSProfile(
             depth=DEPTH,
             reliability=_RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            durability=_TRANSIENT_LOCAL if transient_local else DurabilityPolicy.VOLATILE,
+            durability=_TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         )
         self._subscription = self._node.create_subscription(
             self._message_type, self._connection.topic, lambda _: None, profile, raw=True

@@ -48,6 +48,17 @@ class RobotTable:
         """Return the rows that a mask, or indices, select."""
         return type(self)(*(column[selection] for column in vars(self).values()))
 
+    def stacked(self) -> list[Floats] | None:
+        """Return the columns, shape (K, N) each, of rows of N robots at K common times.
+
+        None if the robots have rows at times of their own.
+        """
+        if not len(self.t) or len(self.t) % len(self.robots):
+            return None
+        columns = [column.reshape(-1, len(self.robots)) for column in vars(self).values()]
+        t, robot = columns[:2]
+        return columns if (robot == self.robots).all() and (t == t[:, :1]).all() else None
+
     def __repr__(self) -> str:
         """Return one line: arrays would fill the screen."""
         return f'{type(self).__name__}({rows_in_words(self.t, self.robots)})'
@@ -76,27 +87,6 @@ def rows_in_words(t: Floats, robots: Sequence[int]) -> str:
     """Return what a table of robots at times holds, such as '404 rows, 4 robots, 0 to 10 s'."""
     times = f', {t[0]:g} to {t[-1]:g} s' if len(t) else ''
     return f'{len(t)} rows, {len(robots)} robot{"s" if len(robots) != 1 else ""}{times}'
-
-
-def stacked(t: Floats, robot: NDArray[np.int64], *columns: Floats) -> list[Floats] | None:
-    """Return times and columns, shape (K, N) each, of rows of N robots at K common times.
-
-    Args:
-        t: Times, sorted, shape (K N,).
-        robot: Numbers of the robots, sorted at each time, shape (K N,).
-        columns: Of the same shape.
-
-    Returns:
-        None if the robots have rows at times of their own.
-    """
-    robots = np.unique(robot)
-    if not len(robots) or len(t) % len(robots):
-        return None
-    times = t.reshape(-1, len(robots))
-    regular = (robot.reshape(-1, len(robots)) == robots).all()
-    if not regular or (times != times[:, :1]).any():
-        return None
-    return [column.reshape(-1, len(robots)) for column in (t, *columns)]
 
 
 def fleet_table(rows: ArrayLike) -> FleetTable:
@@ -167,13 +157,11 @@ class Track:
 
     Attributes:
         rows: Its rows with a pose, sorted by time.
-        was_reset: Whether it was reset between two of them, shape (rows - 1,).
     """
 
     def __init__(self, rows: FleetTable) -> None:
         self.rows = rows.rows(np.isfinite(rows.x + rows.y + rows.theta))
-        self.was_reset = resets(self.rows)
-        self._gap: NDArray[np.bool_] = self.was_reset | (np.diff(self.rows.t) > LONGEST_GAP_S)
+        self._gap = gaps(self.rows)
         self._columns = (self.rows.x, self.rows.y, np.unwrap(self.rows.theta))
 
     def poses(self, t: Floats) -> Floats:
@@ -275,6 +263,6 @@ def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
 def _poses_at(t: Floats, track: Track) -> Floats:
     poses = track.poses(t)
     # No line may join the poses before and after a reset: leave the later one out.
-    later = np.searchsorted(t, track.rows.t[1:][track.was_reset])
+    later = np.searchsorted(t, track.rows.t[1:][resets(track.rows)])
     poses[:, later[later < len(t)]] = np.nan
     return poses

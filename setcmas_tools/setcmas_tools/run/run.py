@@ -18,7 +18,7 @@ from setcmas_simu.fleet.fleet import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models_by_name import UNICYCLE, model_names, symbol
-from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid, stacked
+from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid
 from setcmas_tools.run.run_folder import RunFolder, RunInput, find_run, kept_inputs
 from setcmas_tools.run.run_info import Outcome, RunInfo, RunState, read_info
 from setcmas_tools.run.run_tables import RunTables, read_tables
@@ -156,14 +156,13 @@ class Run(RunTables):
 
     @cached_property
     def _stacked(self) -> tuple[Floats, Floats, Floats, Floats]:
-        rows = self.table
-        found = stacked(rows.t, rows.robot, rows.x, rows.y, rows.theta, rows.v, rows.omega)
+        found = self.table.stacked()
         if found is None:
             raise SetcmasError(
                 "the robots of this run have states at different times: use run['tb3_1'].t "
                 'and so on, or run.grid(), which interpolates'
             )
-        t, x, y, theta, v, omega = found
+        t, _, x, y, theta, v, omega = found
         return t[:, 0], np.stack([x, y, theta], axis=1), v, omega
 
     @property
@@ -178,14 +177,13 @@ class Run(RunTables):
 
     @cached_property
     def _stacked_commands(self) -> tuple[Floats, Floats]:
-        given = self.commands
-        found = stacked(given.t, given.robot, given.vx, given.vy) if given else None
+        found = self.commands.stacked() if self.commands else None
         if found is None:
             raise SetcmasError(
                 'the robots of this run have commands at different times, or no known ones: '
                 'use run.commands.of(1) and so on'
             )
-        return found[0][:, 0], np.stack(found[1:], axis=1)
+        return found[0][:, 0], np.stack(found[2:4], axis=1)
 
     def grid(self, rate: float = 10.0) -> FleetGrid:
         """Return the poses at common times, interpolated at multiples of 1/rate (Hz)."""

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools import simulate
 
 
@@ -47,18 +46,6 @@ def test_between_two_states_of_the_robots_laws_see_the_older_one_and_command_the
 
     # The states are 0 m, 0.01 m (at t = 0.1 s), 0.02 m, 0.03 m, 0.08 m (at t = 0.4 s), ...
     assert seen == [(0.0, 0.0), (0.15, 0.01), (0.3, 0.03), (0.45, 0.08)]
-
-
-def test_start_poses_limits_and_gains():
-    poses = np.array([[1.0], [2.0], [np.pi / 2]])
-    run = simulate(forward, duration=1, poses=poses, vnom=0.25, komega=2.0)
-    burger = simulate(forward, duration=1, poses=poses, limits='burger')
-
-    np.testing.assert_allclose(run.poses[0], poses, rtol=1e-15)
-    assert 0.15 < burger.V.max() <= 0.2108
-    np.testing.assert_allclose(run.velocities[0, :, 0], [0.25, 0.0])
-    assert run.omega[1, 0] == pytest.approx(-2.0 * np.pi / 2)
-    np.testing.assert_array_equal(simulate(forward, 8, 1).poses[0], start_poses(8))
 
 
 @pytest.mark.parametrize(

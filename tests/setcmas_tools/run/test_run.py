@@ -62,14 +62,6 @@ def test_saved_again_it_has_the_same_bytes(run, tmp_path):
         np.testing.assert_equal(read.value, own.value)
 
 
-def test_drawings_of_scripts(run):
-    goals = [drawing for drawing in run.drawings if drawing.name == 'goal']
-    trail = [drawing for drawing in run.drawings if (drawing.name, drawing.robot) == ('trail', 1)]
-
-    assert [goal.robot for goal in goals] == [1, 2, 3]  # a marker that stays counts once
-    assert [drawing.t for drawing in trail] == pytest.approx(run.control_t.tolist())
-
-
 def test_robots_by_name_and_by_number(run):
     assert run.robots == [1, 2, 3]
     np.testing.assert_array_equal(run['tb3_2'].x, run.poses[:, 0, 1])

@@ -63,7 +63,3 @@ def test_another_or_a_damaged_record_gets_a_line(tmp_path, change, message):
     with pytest.raises(SetcmasError, match=message) as caught:
         read_info(tmp_path)
     assert '\n' not in str(caught.value)
-
-
-def test_a_folder_without_a_record(tmp_path):
-    assert read_info(tmp_path) is None
