@@ -5,9 +5,7 @@ benchmarks/faults.py takes the time.
 They go at 0.1 m/s here, so that a busy machine has twice the time for the same way.
 """
 
-import itertools
 import shutil
-import sys
 from pathlib import Path
 
 import pytest
@@ -86,12 +84,6 @@ def test_no_stop_of_a_deaf_robot_is_weaker_than_the_emergency_stop(peer, experim
     assert experiment.wait_for_stop(experiment.kill(BRIDGES)).metres < WAY
 
 
-def path(truths):
-    """Return how far (m) wheels rolled."""
-    pairs = itertools.pairwise(truths)
-    return sum(after.rolls * (after.stamp - before.stamp) for before, after in pairs)
-
-
 def is_out_of_sight(states):
     """Return whether a robot has not been seen for long enough to be another one."""
     values = {pair.key: pair.value for pair in states[-1].values} if states else {}
@@ -131,29 +123,6 @@ def test_a_person_steps_in_front_of_a_robot_with_a_lidar(peer, tmp_path):
         experiment.let_go()
 
     assert stops[0].metres < 0.23  # from the front of the robot to the person
-
-
-@pytest.mark.nightly
-def test_a_y_up_system_that_is_taken_for_a_z_up_one_lets_no_robot_turn_fast(peer, start, tmp_path):
-    lab = tmp_path / 'y_up.yaml'
-    lab.write_text('mocap: {y_up: true}\n')
-    module = 'setcmas_expe.emulation.emulated_lab'
-    start(sys.executable, '-m', module, '--lab', str(lab), '--pose', '1:-1,0,0')
-    law = tmp_path / 'corner.py'
-    law.write_text(
-        'def control(robotNo, nbRobots, poses, t):\n'
-        '    return (0.2, 0.0) if poses[0, 0] < -0.8 else (0.0, 0.2)\n'
-    )
-    with Rehearsal(peer, tmp_path, '--algo', str(law), nb_robots=1, lab=()) as experiment:
-        experiment.let_go()
-        peer.wait_for(lambda: 'y_up wrong' in experiment.output())
-        truths = experiment.truth[1]
-        peer.wait_for(lambda: truths[-1].rolls == 0.0)
-    turns = [truth for truth in truths if abs(truth.omega) > 0.0]
-
-    assert max(truth.V for truth in truths) > 0.15  # straight ahead it is not slowed down
-    assert path(turns) < WAY
-    assert max(abs(truth.omega) for truth in turns) <= 0.3
 
 
 @pytest.mark.nightly

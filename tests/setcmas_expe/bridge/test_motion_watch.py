@@ -61,13 +61,13 @@ class Fleet:
             if not self.hidden:
                 self.tracks[body].take(sample, self.now, self.paused)
 
-    def drive(self, seconds, V=0.2):
+    def drive(self, seconds, V=0.2, omega=0.0):
         self.paused = False
         for _ in range(round(seconds / STEP_S)):
             self.look()
             if self.watch.deviations():
                 return
-            commands = {robot: self.watch.proving.allowed(robot, V, 0.0) for robot in (1, 2)}
+            commands = {robot: self.watch.proving.allowed(robot, V, omega) for robot in (1, 2)}
             self.watch.commanded(commands, self.now)
             for robot, (speed, _) in commands.items():
                 self.x[robot] += (1.0 - self.slip) * speed * STEP_S
@@ -161,6 +161,16 @@ def test_a_robot_that_has_proved_its_way_is_not_judged_as_one_that_crawls():
     fleet.drive(1.0, V=0.0)
 
     assert 1 not in fleet.watch.deviations()
+
+
+def test_a_slow_turn_soon_shows_that_motion_capture_sees_no_turning():
+    fleet = Fleet()
+    fleet.drive(6.0)
+    begin = fleet.now
+    fleet.drive(3.0, V=0.0, omega=2.0)
+
+    assert fleet.now - begin < 1.2
+    assert 'is y_up wrong' in fleet.watch.deviations()[1]
 
 
 def test_half_a_proof_ends_too():

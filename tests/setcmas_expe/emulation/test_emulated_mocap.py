@@ -5,7 +5,6 @@ import pytest
 
 from setcmas_expe.emulation.emulated_mocap import LATENCY_S, POSITION_NOISE, EmulatedMocap
 from setcmas_expe.emulation.faults import Fault, FaultKind
-from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 
 POSES = np.array([[1.0, -1.0, 0.5], [2.0, 0.0, 0.5], [0.5, -0.5, 3.0]])
 
@@ -20,27 +19,17 @@ def frame(system, now=0.0, poses=POSES):
     return dict(system.due(math.inf))
 
 
-def test_poses_are_seen_with_a_little_noise():
-    sightings = frame(mocap())
+@pytest.mark.parametrize('y_up', [False, True])
+def test_poses_are_seen_with_a_little_noise(y_up):
+    sightings = frame(mocap(y_up))
 
     for index in range(3):
-        x, y, z = sightings[index].position
+        sample = sightings[index].z_up() if y_up else sightings[index]
+        x, y, theta = sample.planar()
         assert (x, y) == pytest.approx(tuple(POSES[:2, index]), abs=6 * POSITION_NOISE)
-        assert z > 0
-        assert yaw_of_quaternion(*sightings[index].orientation) == pytest.approx(
-            POSES[2, index], abs=0.02
-        )
-    assert sightings[0].position[0] != POSES[0, 0]
-
-
-def test_a_system_whose_y_axis_points_upwards():
-    sighting = frame(mocap(y_up=True))[0]
-    x, y, z = sighting.position
-    qx, qy, qz, qw = sighting.orientation
-
-    assert (x, -z) == pytest.approx((1.0, 2.0), abs=6 * POSITION_NOISE)
-    assert y == pytest.approx(0.19)
-    assert yaw_of_quaternion(qx, -qz, qy, qw) == pytest.approx(0.5, abs=0.02)
+        assert x != POSES[0, index]
+        assert theta == pytest.approx(POSES[2, index], abs=0.02)
+        assert sample.position[2] == pytest.approx(0.19)
 
 
 def test_sightings_come_after_the_latency_and_once():
