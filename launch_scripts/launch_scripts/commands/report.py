@@ -34,11 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Write the page; return the exit status."""
-    from setcmas_tools.page.report_file import Cover, check_page, run_name, write_report
+    from setcmas_tools.page.report_file import check_page, report_page, run_name, write_page
+    from setcmas_tools.run.run import Run
 
-    page = args.output or Path(f'{run_name(args.run)}.html')
+    name = run_name(args.run)
+    page = args.output or Path(f'{name}.html')
     check_page(page, args.overwrite)
-    cover = Cover(args.title, args.name, args.answers)
-    write_report(args.run, page, _warn, cover)
+    run = Run.load(args.run, _warn)
+    write_page(page, report_page(run, name, _warn, args.title, args.name, args.answers))
     print(page)
     return 0

@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -45,33 +44,8 @@ def check_page(page: Path, overwrite: bool = False) -> None:
         raise SetcmasError(f"'{page}' exists; --overwrite replaces it")
 
 
-@dataclass(frozen=True)
-class Cover:
-    """What students add to the page of a run.
-
-    Attributes:
-        title: Replaces the title of the run; '' for none.
-        names: Who hands it in; may be empty.
-        answers: Their answers in Markdown; None for none.
-    """
-
-    title: str = ''
-    names: str = ''
-    answers: Path | None = None
-
-
-_NO_COVER = Cover()
-
-
-def write_report(
-    path: Path, page: Path, warn: Callable[[str], None], cover: Cover = _NO_COVER
-) -> None:
-    """Write the page of a run, with what students add.
-
-    Raises:
-        SetcmasError: The run or the answers cannot be read, or the file cannot be written.
-    """
-    text = report_page(Run.load(path, warn), run_name(path), warn, cover)
+def write_page(page: Path, text: str) -> None:
+    """Write a page, or raise SetcmasError."""
     with file_errors(f"'{page}' cannot be written"), written_whole(page) as file:
         file.write(text.encode(errors='replace').decode())
 
@@ -83,10 +57,27 @@ def run_name(path: Path) -> str:
 
 
 def report_page(
-    run: Run, name: str, warn: Callable[[str], None] = print, cover: Cover = _NO_COVER
+    run: Run,
+    name: str,
+    warn: Callable[[str], None] = print,
+    own_title: str = '',
+    names: str = '',
+    answers: Path | None = None,
 ) -> str:
-    """Return the page of a run with a name; `warn` shows metrics and plots that fail."""
-    info, title = run.info, cover.title or run.title
+    """Return the page of a run with a name.
+
+    Args:
+        run: The run.
+        name: That of its folder or recording.
+        warn: Shows metrics and plots that fail.
+        own_title: Replaces the title of the run.
+        names: Who hands it in.
+        answers: A file with their answers, in Markdown.
+
+    Raises:
+        SetcmasError: The answers cannot be read.
+    """
+    info, title = run.info, own_title or run.title
     duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
     start = (info.started or '')[:19].replace('T', ' ')
     when = f'{round(duration, 1):g} s' + (f', started {start}' if start else '')
@@ -99,11 +90,11 @@ def report_page(
     body = Template(template('report.html')).substitute(
         name=escaped(name),
         title=escaped(title),
-        names=escaped(cover.names),
-        when=escaped(f'{run.title}, {when}' if cover.title else when),
+        names=escaped(names),
+        when=escaped(f'{run.title}, {when}' if own_title else when),
         quality='good' if run.outcome.state is RunState.COMPLETE else 'bad',
         outcome=escaped(str(run.outcome).partition('\n')[0]),
-        answers=answers_html(cover.answers) if cover.answers else '',
+        answers=answers_html(answers) if answers else '',
         failures=''.join(_failures(run)),
         stage=template('stage.html'),
         metrics=table,

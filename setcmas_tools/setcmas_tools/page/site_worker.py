@@ -245,12 +245,11 @@ def _plotted(_: Answer, page: _Page) -> Answer:
 
 
 def _reported(asked: Answer, page: _Page) -> Answer:
-    from setcmas_tools.page.report_file import Cover, report_page
+    from setcmas_tools.page.report_file import report_page
 
-    cover = Cover(asked.get('title') or '', asked.get('name') or '', None)
     run = _run_made()
     made_here = replace(run, info=replace(run.info, origin=this_origin()))
-    return {'html': report_page(made_here, 'run', page.warn, cover)}
+    return {'html': report_page(made_here, 'run', page.warn, asked['title'], asked['name'])}
 
 
 def _run_made() -> Run:
