@@ -157,7 +157,7 @@ def measure(
     found = _found(run, warn, own or {})
     first = {name: found.pop(name) for name in _FIRST if name in found}
     known = {name: part for name, part in (first | found).items() if part is not None}
-    with _failures(PREDICTION, warn):
+    with failures(PREDICTION, warn):
         if prediction := compared(run, known):
             known[PREDICTION] = prediction
     return Metrics(known, run)
@@ -169,14 +169,14 @@ def _found(
     found: dict[str, Measured | None] = {}
     for name, metric in {**METRICS.usable(warn), **own}.items():
         title = f"'{name}'" if name in own else METRICS.plugin(name).title
-        with _failures(f'metric {title}', warn):
+        with failures(f'metric {title}', warn):
             found[name] = measured(name, metric(run))
     return found
 
 
 @contextmanager
-def _failures(title: str, warn: Callable[[str], None]) -> Iterator[None]:
-    """Report the failure of a metric in one line."""
+def failures(title: str, warn: Callable[[str], None]) -> Iterator[None]:
+    """Report in one line that a metric or plot, called by its title, failed."""
     try:
         yield
     except SetcmasError:

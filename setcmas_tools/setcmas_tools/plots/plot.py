@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import PluginGroup, a_function
 from setcmas_tools.measures.comparison import Shifted
-from setcmas_tools.measures.metrics import measure
+from setcmas_tools.measures.metrics import failures, measure
 from setcmas_tools.plots import trajectories
 from setcmas_tools.plots.plot_options import PlotOptions
 from setcmas_tools.plots.style import (
@@ -103,17 +103,11 @@ def drawn_plots(
     `warn` shows the error of a failing plot; the others continue. `new` creates an empty figure.
     """
     for name, draw in plots_of(run, warn).items():
-        figure = new()
-        try:
+        with failures(f"plot '{name}'", warn):
+            figure = new()
             draw(figure, run)
             finish(figure, run.title)
-        except (SetcmasError, OSError):
-            raise
-        except Exception as error:  # a plugin may raise anything
-            reason = ' '.join(f'{type(error).__name__}: {error}'.split())
-            warn(f"plot '{name}' failed: {reason}")
-            continue
-        yield name, figure
+            yield name, figure
 
 
 _SUMMARY_DPI = 55
@@ -180,10 +174,8 @@ def drawn_pictures(
 
     The first run is the reference; `shifted` has the others, compared with it.
     """
-    for name, figure in (
-        ('paths', _paths(names, runs)),
-        ('distances', _distances(names, shifted)),
-    ):
+    drawn = {'paths': _paths(names, runs), 'distances': _distances(names, shifted)}
+    for name, figure in drawn.items():
         finish(figure, f'{names[0]} and {", ".join(names[1:])}')
         yield name, figure
 
