@@ -44,6 +44,15 @@ def base(domain):
         yield base
 
 
+@pytest.fixture
+def wheels(peer):
+    """Return the wheel odometry that the robot sends."""
+    wheels = Odometry()
+    odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 10)
+    peer.node.create_timer(0.05, lambda: odometry.publish(wheels))
+    return wheels
+
+
 def see_it_stand(lab, reason):
     lab.peer.wait_for(lambda: reason in lab.status(1)[0].message)
     lab.commands[1].clear()
@@ -225,9 +234,8 @@ def test_the_end_of_a_second_experiment_starts_nothing(lab):
     see_it_stand(lab, 'several pause nodes')
 
 
-def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer):
-    lab = LabPeer(peer, ('tb3_1',))
-    motors, wheels = [], Odometry()
+def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(peer, wheels, bridges, lab):
+    motors = []
 
     def switch(request, response):
         motors.append(request.data)
@@ -235,10 +243,7 @@ def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer)
         return response
 
     peer.node.create_service(SetBool, '/tb3_1/motor_power', switch)
-    odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 10)
-    peer.node.create_timer(0.05, lambda: odometry.publish(wheels))
-    bridges = start(*BRIDGES)
-    lab.poses[1], lab.wanted[1], lab.paused = (-1.0, 0.0, 0.5), GO, True
+    lab.paused = True
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
     assert motors == []
     lab.let_go({1: GO})
@@ -264,15 +269,9 @@ def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer)
     peer.wait_for(lambda: motors[-1] is True)
 
 
-def test_a_robot_without_motor_power_is_to_be_switched_off(start, peer):
-    lab = LabPeer(peer, ('tb3_1',))
-    wheels = Odometry()
+def test_a_robot_without_motor_power_is_to_be_switched_off(peer, wheels, bridges, lab):
     wheels.twist.twist.linear.x = 0.1
-    odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 10)
-    peer.node.create_timer(0.05, lambda: odometry.publish(wheels))
-    bridges = start(*BRIDGES)
-    lab.poses[1], lab.paused = (-1.0, 0.0, 0.5), True
-
+    lab.paused = True
     line = 'robot 1 does not obey zero commands: it has no motor_power: switch it off'
     peer.wait_for(lambda: line in bridges.output())
     for _ in range(3):  # while it does not stop
