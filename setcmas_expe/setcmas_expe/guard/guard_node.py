@@ -146,7 +146,7 @@ class CmdVelGuard(RobotNode):
         robot = cmd_vel_topics.participants(self, self._odom)
         to_guard = cmd_vel_topics.listeners(self, self.base.topic)
         everyone = cmd_vel_topics.listeners(self, self._cmd_vel)
-        to_all = [one for one in everyone if one.full_name != own]
+        to_all = [one for one in everyone if one.name != own]
         found = [*to_all, *to_guard]
         base = [one for one in found if one.participant in robot]
         if any(one in to_all for one in base or found):

@@ -44,25 +44,17 @@ NAMED_AFTER_S = 0.2
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A publisher or a subscription of a topic, with the base and full name of its node.
+    """A publisher or a subscription of a topic.
 
-    `kind` is 'twist', 'twist_stamped', or a full ROS type name; `participant` is its process.
+    Attributes:
+        name: Full name of its node; `NAMELESS` if it is not known yet, or there is no such node.
+        kind: 'twist', 'twist_stamped', or a full ROS type name.
+        participant: Its process.
     """
 
-    node: str
-    full_name: str
+    name: str
     kind: str
     participant: bytes
-
-    @property
-    def is_known(self) -> bool:
-        """Whether the name of its node is known yet; DDS applications without ROS have none."""
-        return not any(mark in self.full_name for mark in _NO_NAME)
-
-    @property
-    def name(self) -> str:
-        """The full name of its node, for messages."""
-        return self.full_name if self.is_known else NAMELESS
 
 
 class NameWait:
@@ -93,7 +85,8 @@ def participants(node: Node, topic: str) -> set[bytes]:
 def listeners(node: Node, topic: str) -> list[Endpoint]:
     """Return the subscriptions to a command topic, except those of recorders."""
     found = map(_endpoint, node.get_subscriptions_info_by_topic(topic))
-    return [endpoint for endpoint in found if endpoint.node not in topics.RECORDER_NODES]
+    recorders = topics.RECORDER_NODES
+    return [endpoint for endpoint in found if endpoint.name.rpartition('/')[2] not in recorders]
 
 
 def types_of_robot(node: Node, found: list[Endpoint], odometry_topic: str) -> set[str]:
@@ -116,7 +109,7 @@ def twins(node: Node, topic: str) -> bool:
     Their nodes share one full name in the robot's namespace; other listeners rarely do.
     """
     namespace = topic.removesuffix(topics.CMD_VEL)
-    found = {(endpoint.full_name, endpoint.participant) for endpoint in listeners(node, topic)}
+    found = {(endpoint.name, endpoint.participant) for endpoint in listeners(node, topic)}
     names = Counter(name for name, _ in found if name.startswith(namespace))
     return max(names.values(), default=0) > 1
 
@@ -138,9 +131,9 @@ def rivals(node: Node, topic: str, *allowed: str) -> list[str]:
 
 
 def _endpoint(info: TopicEndpointInfo) -> Endpoint:
+    name = f'{info.node_namespace.rstrip("/")}/{info.node_name}'
     return Endpoint(
-        info.node_name,
-        f'{info.node_namespace.rstrip("/")}/{info.node_name}',
+        NAMELESS if any(mark in name for mark in _NO_NAME) else name,
         ROS_NAMES.get(info.topic_type, info.topic_type),
         bytes(info.endpoint_gid[:_GUID_PREFIX]),
     )

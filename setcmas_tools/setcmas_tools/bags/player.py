@@ -108,7 +108,7 @@ def robots_in_use(node: Node, names: Iterable[str], own: int = 0) -> str:
         topic = topics.robot_topic(robot, topics.CMD_VEL)
         if found := cmd_vel_topics.listeners(node, topic):
             name = topics.robot_name(robot)
-            return f'{name} is in use: {found[0].full_name} listens to {topic}'
+            return f'{name} is in use: {found[0].name} listens to {topic}'
     return ''
 
 
