@@ -147,4 +147,4 @@ def test_a_law_that_is_slower_than_real_time_is_told(tmp_path, wait, is_slow):
     )
     result = offline(tmp_path, '--algo', 'law.py', '--nb-robots', '2', '--duration', '1')
 
-    assert ('slower than real time: a call for 2 robots took ' in result.stderr) == is_slow
+    assert ('this law is slower than real time: ' in result.stderr) == is_slow
