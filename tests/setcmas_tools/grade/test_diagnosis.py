@@ -76,12 +76,16 @@ def hints(tmp_path):
         ('v[0], v[1]', 'v[1], v[0]', 'swapped'),
         ('v[0], v[1]', '-v[1], v[0]', 'turned by +90'),
         ('v[0], v[1]', 'np.hypot(*v), np.arctan2(v[1], v[0])', 'speed and turn rate'),
-        ('v[0], v[1]', 'v[0], 0', 'vy is always zero'),
-        ('v[0], v[1]', '0, 0', 'all zero'),
         (' / nbRobots', '', 'N times too large, where N is'),
         ('/ nbRobots', '/ (nbRobots - 1)', 'N/(N-1) times too large, where N is'),
         ('K = 0.5', 'K = 1.3', 'as if K were 1.3, not 0.5'),
         ('v -= K', 'v -= 40 * K', 'always saturated at the speed limit'),
+        ('v[0], v[1]', '(0, 0) if robotNo == 1 else v', 'The velocities of robot 1 are all zero.'),
+        (
+            'v[0], v[1]',
+            'tuple(v[:: 1 if robotNo == 1 else -1])',
+            'The velocities of all robots but robot 1 are the right ones with vx and',
+        ),
     ],
 )
 def test_a_mistake_is_explained_by_the_run_that_it_reproduces(hints, old, new, said):
@@ -132,20 +136,9 @@ def test_only_what_students_see_gives_hints(hints):
     [
         ('{change: {gain: 2}, hint: A}', "line 22: the solution, right.py, has no 'gain'"),
         ('{script: "def control(", hint: A}', 'line 22: this mistake is not valid Python'),
-        ('{hint: A}', 'line 22: .* must be a mistake with a hint, and with change'),
         ('{change: {}, hint: A}', 'line 22: .*must be parts of the solution'),
     ],
 )
 def test_an_impossible_mistake_is_reported_with_its_line(hints, listed, said):
     with pytest.raises(SetcmasError, match=said):
         hints(rubric=f'{RUBRIC}mistakes:\n  - {listed}\n')
-
-
-def test_robots_that_are_right_are_not_blamed(hints):
-    only = '(np.zeros(2) if robotNo == 1 else v)\n    return tuple(v)'
-    [hint] = hints(('return v[0], v[1]', f'v = {only}'))
-    assert hint == 'The velocities of robot 1 are all zero.'
-    [hint] = hints(('return v[0], v[1]', 'return (v[0], v[1]) if robotNo == 1 else (v[1], v[0])'))
-    assert hint.startswith(
-        'The velocities of all robots but robot 1 are the right ones with vx and'
-    )

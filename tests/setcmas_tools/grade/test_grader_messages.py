@@ -34,10 +34,10 @@ def shown_imports():
 
 @pytest.fixture(scope='module')
 def graded():
-    grader = Grader(rubric_of_exercise('consensus'), Times(), is_confined=True)
 
-    def marks(source):
-        files = {'law.py': source.encode()}
+    def marks(source, is_confined=True):
+        files = {'law.py': source.encode(), 'gains.py': b'K = 1'}
+        grader = Grader(rubric_of_exercise('consensus'), Times(), is_confined)
         return grader.marks(Submission('ada', Student('ada'), 'law.py', files, file='law.py'))
 
     return marks
@@ -64,6 +64,17 @@ HEADS = {
     'Python': 'import sys\nraise ValueError(sys.path)',
     'home': "import os\nopen(os.path.expanduser('~/none/new'))",
 }
+
+
+@needs_sandbox
+@pytest.mark.parametrize(
+    ('line', 'place'),
+    [('from gains import L', '(gains.py)'), ('from numpy import L', '(numpy/__init__.py)')],
+)
+def test_without_the_sandbox_files_and_packages_have_no_path_either(graded, line, place):
+    marks = graded(f'{line}\n{LAW}', is_confined=False)
+
+    assert marks.scenarios[0].failure.message.splitlines()[0].endswith(place)
 
 
 @needs_sandbox

@@ -1,4 +1,4 @@
-"""Mistakes of students: check and grade agree on each, it loses points, its hint is true."""
+"""Mistakes of students: each loses points, and its hint is true."""
 
 import re
 from pathlib import Path
@@ -7,12 +7,10 @@ import pytest
 import yaml
 from sandboxes import needs_sandbox
 
-from setcmas_ctrl.laws.script_search import is_unfilled
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grade import class_grading
 from setcmas_tools.grade.check import marks_of as own_marks
 from setcmas_tools.grade.check import runs_here
-from setcmas_tools.grade.mark_records import student_view
+from setcmas_tools.grade.class_grading import Grader
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.submissions.submissions import Submission
@@ -24,7 +22,6 @@ EXERCISES = Path(__file__).parents[2] / 'data' / 'exercises'
 NAMES = sorted(path.parent.name for path in EXERCISES.glob('*/mistakes.yaml'))
 POINTS = yaml.safe_load((EXERCISES / 'points.yaml').read_text())
 MOST_UNEXPLAINED = 0  # of each exercise: their hint is where the run first differs
-GRADED = 1  # so many mistakes are graded, too: the same code marks in processes of their own
 
 
 def mistakes_of(name):
@@ -40,47 +37,22 @@ def mistakes_of(name):
     return found
 
 
-def graded(name, mistakes, folder):
-    """Return the marks that students see, by the name of the mistake."""
-    rubric = rubric_of_exercise(name)
-    path, submissions = folder / 'graded.py', []
-    for one in mistakes:
-        path.write_text(one['script'])
-        files, is_empty = {'law.py': path.read_bytes()}, is_unfilled(path, rubric.exercise)
-        submissions.append(
-            Submission(one['name'], Student('Ada'), 'law.py', files, is_unfilled=is_empty)
-        )
-    found = class_grading.grade(submissions, class_grading.Grader(rubric), folder)
-    return {marks.submission: student_view(marks) for marks in found}
-
-
-def checked(name, mistakes, folder):
-    """Return the marks as `check` computes them, by the name of the mistake."""
+def marks_of(name, mistakes, folder):
+    """Return the marks by name, as `check` computes them, or `grade` for scripts that hang."""
     rubric = rubric_of_exercise(name).shown()
-    run = runs_here(str(folder / 'law.py'), rubric.function)
-    found = {}
+    run, found = runs_here(str(folder / 'law.py'), rubric.function), {}
     for one in mistakes:
+        own = Submission('law', Student('Ada'), 'law.py', {'law.py': one['script'].encode()})
         (folder / 'law.py').write_text(one['script'])
         try:
-            found[one['name']] = own_marks(folder / 'law.py', rubric, run)
+            found[one['name']] = (
+                Grader(rubric).marks(own)
+                if one.get('slow')
+                else own_marks(folder / 'law.py', rubric, run)
+            )
         except SetcmasError as error:
-            found[one['name']] = unmarked(rubric, Submission('', Student('')), str(error))
+            found[one['name']] = unmarked(rubric, own, str(error))
     return found
-
-
-def marks_of(name, mistakes, folder):
-    """Return the marks by name: of all as `check`, of a few and of those that hang as `grade`."""
-    hang = [one for one in mistakes if one.get('slow')]
-    by_check = checked(name, [one for one in mistakes if one not in hang], folder)
-    by_grade = graded(name, [*mistakes[:GRADED], *hang], folder)
-    for one in by_check.keys() & by_grade.keys():
-        assert what_students_see(by_check[one]) == what_students_see(by_grade[one])
-    return by_check | by_grade
-
-
-def what_students_see(marks):
-    hints, failures = messages(marks)
-    return marks.score, hints, bool(failures)
 
 
 def messages(marks):
