@@ -175,15 +175,14 @@ def _measured(calls: Sequence[Calls], function: Function) -> str:
 
 def _difference(calls: Calls, call: int, robot: int, function: Function) -> str:
     who, own = _wrong_robots([calls])[0], calls.own[call, robot]
+    right = saturated(calls.solution[call, robot], calls.limit)
     if function is Function.CONDITION:
         does = 'sends' if own[0] else 'does not send'
         text = f'it {does} {calls.heading[call, robot]:.2g} m from the last position sent'
     elif function is Function.SI_TO_UNI:
-        right = _command(calls.solution[call, robot])
-        text = f'it returns {_command(own)}; from the same place, the right answer is {right}'
+        text = _answers('it returns', 'answer', 'V = {:.2g} m/s, omega = {:.2g} rad/s', own, right)
     else:
-        right = _velocity(saturated(calls.solution[call, robot], calls.limit))
-        text = f'its velocity is {_velocity(own)}; from the same place, the right one is {right}'
+        text = _answers('its velocity is', 'one', '({:.2g}, {:.2g}) m/s', own, right)
     longer = '' if function is Function.CONDITION else ' for more than two calls'
     first = f"In '{calls.name}', robot {robot + 1} first differs from the solution{longer} at"
     only = '' if who.startswith('all') else 'only '
@@ -191,11 +190,6 @@ def _difference(calls: Calls, call: int, robot: int, function: Function) -> str:
     return f'{first} t = {calls.t[call]:.1f} s: {text}.{affected}'
 
 
-def _command(command: Floats) -> str:
-    V, omega = np.round(command, 3) + 0.0
-    return f'V = {V:.2g} m/s, omega = {omega:.2g} rad/s'
-
-
-def _velocity(velocity: Floats) -> str:
-    vx, vy = np.round(velocity, 3) + 0.0  # no -0
-    return f'({vx:.2g}, {vy:.2g}) m/s'
+def _answers(begin: str, what: str, form: str, *answers: Floats) -> str:
+    own, right = (form.format(*np.round(one, 3) + 0.0) for one in answers)  # no -0
+    return f'{begin} {own}; from the same place, the right {what} is {right}'

@@ -64,6 +64,16 @@ FACTORS: dict[str, Callable[[Any], Any]] = {
 """Factors by name, above 1, for fleets of N robots; they multiply or divide."""
 
 
+BODY = (
+    f'{YOURS} are turned by the heading of the robot. Return vx and vy in the world frame: they '
+    'do not depend on the heading.'
+)
+IN_DEGREES = (
+    f'{YOURS} have the right lengths, but not the right directions: sin and cos of an angle in '
+    'degrees. They take radians.'
+)
+
+
 def polar(calls: Calls) -> Iterator[Floats]:
     """Yield speeds with what students return as turn rates: heading error, or direction."""
     vx, vy = np.moveaxis(calls.solution, -1, 0)
@@ -76,29 +86,10 @@ def polar(calls: Calls) -> Iterator[Floats]:
                 yield np.stack([length, factor * turn], -1)
 
 
-BODY = (
-    f'{YOURS} are turned by the heading of the robot. Return vx and vy in the world frame: they '
-    'do not depend on the heading.'
-)
-
-
-def in_body_frame(calls: Calls, sign: int) -> Floats:
-    """Return the right velocities turned by the robots' headings, with a sign."""
-    turned = (calls.solution @ np.array([1, 1j])) * np.exp(1j * sign * calls.heading)
-    return np.stack([turned.real, turned.imag], -1)
-
-
-IN_DEGREES = (
-    f'{YOURS} have the right lengths, but not the right directions: sin and cos of an angle in '
-    'degrees. They take radians.'
-)
-
-
-def in_degrees(calls: Calls) -> Floats:
-    """Return velocities with the direction of the right ones, in degrees, taken for radians."""
-    vx, vy = np.moveaxis(calls.solution, -1, 0)
-    wrong = np.hypot(vx, vy) * np.exp(1j * np.degrees(np.arctan2(vy, vx)))
-    return np.stack([wrong.real, wrong.imag], -1)
+def turned(velocities: Floats, angles: Floats) -> Floats:
+    """Return velocities, shape (..., 2), turned by angles in rad."""
+    complex_numbers = velocities @ np.array([1, 1j]) * np.exp(1j * angles)
+    return np.stack([complex_numbers.real, complex_numbers.imag], -1)
 
 
 class Explanation(NamedTuple):
@@ -133,12 +124,17 @@ def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by velocities that are turned, swapped, zero or without t."""
     yield from tried(SAME_TIME, calls, [one.answers.get(FROZEN) for one in calls])
     for what, matrix in TURNED:
-        turned = [one.solution @ np.transpose(matrix) for one in calls]
-        yield from tried(f'{YOURS} are {what}', calls, turned, is_multiple=True)
+        answers = [one.solution @ np.transpose(matrix) for one in calls]
+        yield from tried(f'{YOURS} are {what}', calls, answers, is_multiple=True)
     for sign in (1, -1):
-        answers = [in_body_frame(one, sign) for one in calls]
+        answers = [turned(one.solution, sign * one.heading) for one in calls]
         yield from tried(BODY, calls, answers, is_multiple=True)
-    yield from tried(IN_DEGREES, calls, [in_degrees(one) for one in calls], is_multiple=True)
+    angles = [np.arctan2(one.solution[..., 1], one.solution[..., 0]) for one in calls]
+    answers = [
+        turned(one.solution, np.degrees(angle) - angle)
+        for one, angle in zip(calls, angles, strict=True)
+    ]
+    yield from tried(IN_DEGREES, calls, answers, is_multiple=True)
     for returned in zip(*(polar(one) for one in calls), strict=True):
         yield from tried(POLAR, calls, returned, is_multiple=True)
 

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import distributions
 from importlib.util import find_spec
@@ -48,21 +49,22 @@ class NoProcessError(SetcmasError):
     """The machine keeps a submission from running; the submission is not the cause."""
 
 
+@dataclass(eq=False)
 class ProcessEndedError(Exception):
-    """A confined process has ended or was ended; the message gives the reason.
+    """A confined process has ended or was ended.
 
     Attributes:
+        reason: Why.
         trace: What it has written about the place where it was, which may be anything.
         was_killed: Whether something else has killed it, such as the kernel for lack of memory.
     """
 
-    def __init__(self, message: str, trace: str = '', was_killed: bool = False) -> None:
-        super().__init__(message, trace, was_killed)
-        self.trace = trace
-        self.was_killed = was_killed
+    reason: str
+    trace: str = ''
+    was_killed: bool = False
 
     def __str__(self) -> str:
-        return str(self.args[0])
+        return self.reason
 
 
 class ConfinedProcess:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
@@ -95,17 +95,13 @@ def submitted_notebook(path: Path) -> Submission:
         SetcmasError: It is not a notebook, or has no law.
         OSError: It cannot be read.
     """
-    files: Files = {PurePosixPath(path.name): path.read_bytes()}
-    notebooks = _with_scripts(files)
-    chosen = [chosen_script(files, function) for function in FUNCTIONS]
-    script, problem = next((one for one in chosen if not one[1]), chosen[0])
-    if problem:
-        raise SetcmasError(_naming_notebooks(problem, notebooks))
-    own = {str(one): content for one, content in files.items() if isinstance(content, bytes)}
-    return Submission(
-        path.name, Student(path.name), script.name, {**files_near(path), **own}, '', path.name,
-        notebooks[PurePosixPath(path.name)],
-    )  # fmt: skip
+    own: Files = {PurePosixPath(path.name): path.read_bytes()}
+    student = Student(path.name)
+    read = [_read(path.name, student, own, function, b'') for function in FUNCTIONS]
+    found = next((one for one in read if not one.problem), read[0])
+    if found.problem:
+        raise SetcmasError(found.problem)
+    return replace(found, files={**files_near(path), **found.files})
 
 
 def read_submissions(place: Path, function: Function, exercise: bytes = b'') -> list[Submission]:

@@ -47,15 +47,11 @@ def test_names_and_messages_are_text_and_nothing_is_fetched():
         assert not re.search('[\x00-\x08\x0e-\x1f]', page.shown)
 
 
-def test_a_student_sees_neither_hidden_criteria_nor_other_students():
+def test_a_student_sees_the_own_failure_and_nothing_hidden_nor_of_other_students():
     for path, text in PAGES.items():
         assert 'SECRET' not in text
         assert ('Lovelace' in text) == ('Lovelace' in path)
-
-
-def test_a_failure_is_shown_with_its_line_robot_and_time():
     shown = Page(PAGES['students/Celik_Bulent.html']).shown
-
     assert 'too many values to unpack (law.py, line 2)' in shown
     assert 'robot 3, t = 0.4 s' in shown
     assert '2 | x, y = poses[:, robotNo]' in shown

@@ -124,9 +124,7 @@ def asked(base, *metrics):
     return MarkedScenario('', tuple(Criterion(one, one, 1.0) for one in metrics), base)
 
 
-@pytest.mark.parametrize(
-    ('turned_by', 'gain', 'degrees'), [(0, 3, 0), (20, 1, 20), (180, 0.2, 180), (0, 0, 180)]
-)
+@pytest.mark.parametrize(('turned_by', 'gain', 'degrees'), [(0, 3, 0), (20, 1, 20), (0, 0, 180)])
 def test_a_wrong_gain_does_not_change_the_direction(turned_by, gain, degrees):
     def law(robotNo, nbRobots, poses, t):
         positions = poses[0] + 1j * poses[1]

@@ -42,9 +42,10 @@ def si_to_uni(velocity, pose, komega):
     n += 1
     return velocity[0] + 0.01 * n, komega * velocity[1] + pose[2] * random.random()
 """
-CONDITION = (
-    'def ctc(pos, vit, last_pos, last_vit, t):\n    return abs(pos - last_pos).sum() > 0.2\n'
-)
+CONDITION = """
+def ctc(pos, vit, last_pos, last_vit, t):
+    return abs(pos - last_pos).sum() > 0.2
+"""
 SAME = {
     **{name: (ALGORITHMS.file(name).read_text(), FLEET, Function.CONTROL) for name in LAWS},
     'random numbers, links and settings': (
