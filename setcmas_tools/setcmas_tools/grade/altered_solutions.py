@@ -188,7 +188,7 @@ def calls_of(
     replays = [_Replayed(one, calls, function) for one in altered if not one.is_out]
     sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
     repeated = {
-        robot: asking(function, _Repetition(robot, calls, replays, function, sent))
+        robot: asking(function, _repeating(robot, calls, replays, function, sent))
         for robot in range(1, base.nb_robots + 1)
     }
     played = base.replace(set={}) if function is Function.CONTROL else base
@@ -274,37 +274,32 @@ class _Replayed:
         return robot_function(self._function, chosen, robot, base.nb_robots, settings)
 
 
-class _Repetition:
-    """Repeats what a robot's function of the submission answered, and asks solutions."""
+def _repeating(
+    robot: int,
+    calls: Calls,
+    replays: Sequence[_Replayed],
+    function: Function,
+    sent: Mapping[tuple[int, float], Value],
+) -> RobotFunction:
+    """Return a robot's function that answers as the submission did, and asks solutions."""
+    numbers = iter(range(len(calls.t)))
 
-    def __init__(
-        self,
-        robot: int,
-        calls: Calls,
-        replays: Sequence[_Replayed],
-        function: Function,
-        sent: Mapping[tuple[int, float], Value],
-    ) -> None:
-        self._robot, self._calls, self._replays = robot, calls, replays
-        self._function, self._sent = function, sent
-        self._numbers = iter(range(len(calls.t)))
-
-    def __call__(self, *given: Any) -> tuple[float, ...]:
-        """Return the answer of a call; given are the arguments of a `robot_function`."""
-        call, is_law = next(self._numbers), self._function is Function.CONTROL
-        if self._function is Function.CONDITION:
+    def answer(*given: Any) -> tuple[float, ...]:
+        call, is_law = next(numbers), function is Function.CONTROL
+        if function is Function.CONDITION:
             pos, _, last_pos, *_ = given
             heading = np.hypot(*(pos - last_pos)[:2])
         else:
-            heading = given[0][2, self._robot - 1] if is_law else given[1][2]
-        self._calls.heading[call, self._robot - 1] = heading
-        mailbox = Mailbox(given[1], network.contents()) if is_law else None
-        with network.exchanged_by(mailbox):
-            for one in self._replays:
-                one.answer(self._robot, call, *given)
-        if is_law and (key := (self._robot, round(given[1], 6))) in self._sent:
-            network.send(self._sent[key])
-        return tuple(self._calls.own[call, self._robot - 1].tolist())
+            heading = given[0][2, robot - 1] if is_law else given[1][2]
+        calls.heading[call, robot - 1] = heading
+        with network.exchanged_by(Mailbox(given[1], network.contents()) if is_law else None):
+            for one in replays:
+                one.answer(robot, call, *given)
+        if is_law and (key := (robot, round(given[1], 6))) in sent:
+            network.send(sent[key])
+        return tuple(calls.own[call, robot - 1].tolist())
+
+    return answer
 
 
 def _built_in(

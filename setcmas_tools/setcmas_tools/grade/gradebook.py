@@ -148,22 +148,21 @@ def _grades(marks: Sequence[Marks]) -> list[list[Cell]]:
     for name, mark in _criteria(marks[0]):
         unit = f' ({mark.unit})' if mark.unit else ''
         header += [name, f'{name}: reached{unit}']
-    rows = [_grades_row(one, names) for one in marks]
-    if any(one.corrections for one in marks):
-        header += ['automatic', 'corrections']
-        for row, one in zip(rows, marks, strict=True):
+    is_corrected = any(one.corrections for one in marks)
+    rows: list[list[Cell]] = []
+    for one in marks:
+        student = one.student
+        row: list[Cell] = [student.name, student.id, student.email, one.submission, one.file]
+        row += [_score(one), one.max_score, remark(one, names)]
+        for _, mark in _criteria(one):
+            row += [
+                '' if one.failure else mark.points,
+                '' if mark.reached is None else mark.reached,
+            ]
+        if is_corrected:
             row += [one.automatic, '; '.join(map(str, one.corrections))]
-    return [header, *rows]
-
-
-def _grades_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:
-    student = marks.student
-    row: list[Cell] = [student.name, student.id, student.email, marks.submission, marks.file]
-    row += [_score(marks), marks.max_score, remark(marks, names)]
-    for _, mark in _criteria(marks):
-        points = '' if marks.failure else mark.points
-        row += [points, '' if mark.reached is None else mark.reached]
-    return row
+        rows.append(row)
+    return [header + ['automatic', 'corrections'] * is_corrected, *rows]
 
 
 def _score(marks: Marks) -> Cell:

@@ -173,7 +173,7 @@ class RunScript:
         except (TypeError, ValueError, OverflowError, RuntimeError):
             self._lose(replace(here, message=_INVALID))
         if answer.error:
-            self._note(replace(here, message=answer.error))
+            self.failure = self.failure or replace(here, message=answer.error)
             raise ControlError(answer.error, answer.error)
         if len(answer.numbers) != (1 if function is Function.CONDITION else 2):
             self._lose(replace(here, message=_INVALID))
@@ -206,12 +206,8 @@ class RunScript:
         return answer
 
     def _lose(self, failure: Failure) -> NoReturn:
-        self._note(failure)
-        raise LostError(failure.message)
-
-    def _note(self, failure: Failure) -> None:
-        """Note the first failure."""
         self.failure = self.failure or failure
+        raise LostError(failure.message)
 
 
 _decoded = msgspec.msgpack.Decoder(Answer).decode

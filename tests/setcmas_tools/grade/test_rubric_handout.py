@@ -87,9 +87,7 @@ def test_a_solution_or_a_run_that_is_missing_is_reported(rubric, tmp_path):
     (theirs.parent / 'references' / '1' / 'fleet.csv').unlink()
     (tmp_path / 'solution.py').unlink()
 
-    with pytest.raises(
-        SetcmasError, match=r"line 3: .* 'solution.py', is missing"
-    ):
+    with pytest.raises(SetcmasError, match=r"line 3: .* 'solution.py', is missing"):
         check(lambda *_: (0, 0), rubric)
     with pytest.raises(SetcmasError, match=r"no file 'references/1/fleet.csv'"):
         read_rubric(theirs)
