@@ -83,7 +83,7 @@ class Scenario:
     }
 
     @classmethod
-    def of(cls, algo: Algo | Scenario, **values: Any) -> Scenario:
+    def of(cls, algo: Algo | Scenario, /, **values: Any) -> Scenario:
         """Return a scenario with values by name, or raise SetcmasError; others have defaults.
 
         Args:

@@ -36,8 +36,8 @@ def bounded_lab_options(
     options = _lab_options(scenario)
     if not from_file:
         return options
-    which = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots}
-    bounds = _lab_options(Scenario.of(**{**which, **typed})).chosen()
+    which = {'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots}
+    bounds = _lab_options(Scenario.of('', **{**which, **typed})).chosen()
     own = scenario.safety.obstacles
     if own and 'obstacles' not in typed:
         both = dict.fromkeys(filter(None, (str(bounds.obstacles), own)))
