@@ -75,7 +75,7 @@ async function followAddress() {
   history.replaceState(null, '', location.pathname + location.search);
   const key = `${kind}:${value}`;
   if (kind !== 'code') {
-    if (isSource(key)) offer(workFrom(key), ''); else showError(`This page has no ${kind} '${value}'.`);
+    if (isSource(key)) offer(workFrom(key), ''); else showError(`This page has no ${kind} '${value}'; choose one from the list.`);
     return;
   }
   try {

@@ -9,7 +9,7 @@ function download({address, integrity}) {
     try {
       answer = await fetch(address, {integrity, credentials: 'omit', referrerPolicy: 'no-referrer'});
     } catch {
-      throw new Error(`${address} cannot be loaded: there is no network, or the file is not that of this version`);
+      throw new Error(`${address} cannot be loaded: there is no network, or the file is not that of this version; press Run to try again`);
     }
     if (!answer.ok) throw new Error(`${address} cannot be loaded: the server answers ${answer.status} ${answer.statusText}`);
     return answer.arrayBuffer();
