@@ -27,7 +27,7 @@ from setcmas_tools.offline.offline_simulation import silent, simulate
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import FLEET, read_tables
 from setcmas_tools.run.scenario import Scenario, options
-from setcmas_tools.run.scenario_files import OF_FILES, ScenarioFolder
+from setcmas_tools.run.scenario_files import OF_FILES, placed_in
 
 SUBMITTED = {
     Function.CONTROL: ('algo', 'exercise'),
@@ -300,11 +300,10 @@ def _references(entry: Entry) -> dict[str, Path]:
     """Return the folders of the solution's runs by the names of scenarios."""
     if not isinstance(entry.value, dict) or not entry.value:
         raise entry.mistake('a mapping from scenarios to folders, made by setcmas grade --handout')
-    folder = ScenarioFolder(entry.file.parent)
     files: dict[str, Path] = {}
     for name, one in entry.value.items():
         with one.located():
-            file = folder.place('references', f'{one.text()}/{FLEET.name}')
+            file = placed_in(entry.file.parent, 'references', f'{one.text()}/{FLEET.name}')
             files[name] = Path(file).parent
     return files
 
@@ -359,7 +358,7 @@ _EXAMPLES = {'name': 'name: eight robots', 'criteria': 'criteria: [{metric: ...,
 def _read_solution(entry: Entry) -> Path:
     """Return the script of a solution: a file in the rubric's folder, or a built-in law."""
     try:
-        return Path(ScenarioFolder(entry.file.parent).place('algo', entry.text()))
+        return Path(placed_in(entry.file.parent, 'algo', entry.text()))
     except SetcmasError as error:
         raise entry.error(
             f"the solution of this rubric, '{entry.text()}', is missing: {error}. Students need "

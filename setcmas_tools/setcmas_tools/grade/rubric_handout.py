@@ -18,7 +18,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.run.run_tables import RunTables, write_tables
-from setcmas_tools.run.scenario_files import ScenarioFolder
+from setcmas_tools.run.scenario_files import named_in
 
 _KEPT = ('title', 'exercise', 'function')
 _HEAD = """\
@@ -44,7 +44,8 @@ def handout(rubric: Rubric) -> dict[str, bytes]:
     is_public = rubric.solution is None or _ships(rubric.solution)
     own = [file for scenario in shown.scenarios for file in scenario.files]
     folder = rubric.file.parent
-    ScenarioFolder(folder).check_inside(own, rubric.file.name)
+    for file in own:
+        named_in(folder, rubric.file.name, str(file))  # raises for those elsewhere
     files = [one.resolve() for file in own for one in with_helpers(file)]
     if not is_public and rubric.solution in files:
         raise SetcmasError(f"a visible scenario needs the solution '{rubric.solution}' as a file")

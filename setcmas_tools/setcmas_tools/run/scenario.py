@@ -29,8 +29,9 @@ from setcmas_simu.simulation_options import ClockOptions, RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 from setcmas_tools.run.scenario_files import (
     OF_FILES,
-    ScenarioFolder,
     built_in_name,
+    named_in,
+    placed_in,
     robots_by_text,
 )
 
@@ -126,9 +127,9 @@ class Scenario:
             with entries['version'].located():
                 _check_version(entries['version'].value)
         exercise = 'exercise' in entries and entries['exercise'].flag()
-        folder = ScenarioFolder(content.file.parent, exercise)
+        place = partial(placed_in, content.file.parent, exercise=exercise)
         given = {
-            name: _option(name).read(entry, partial(folder.place, name) if has_files else str)
+            name: _option(name).read(entry, partial(place, name) if has_files else str)
             for name, entry in entries.items()
             if name != 'version' and entry.value is not None
         }
@@ -308,8 +309,9 @@ class Scenario:
         folder, or if the file cannot be written.
         """
         target = Path(path)
-        folder = ScenarioFolder(target.parent)
-        content = {name: _written(name, value, folder) for name, value in self.changed().items()}
+        content = {
+            name: _written(name, value, target.parent) for name, value in self.changed().items()
+        }
         with file_errors(f"'{target}' cannot be written"):
             write_yaml({'version': VERSION, **content}, target)
         return target
@@ -358,7 +360,7 @@ def _option(name: str) -> Option:
     return known[name]
 
 
-def _written(name: str, value: Any, folder: ScenarioFolder) -> Any:
+def _written(name: str, value: Any, folder: Path) -> Any:
     """Return a value for a file, or raise SetcmasError if no file can hold it."""
     is_several = name in _OF_FUNCTIONS and isinstance(value, Mapping)
     several = value.values() if is_several else [value]
@@ -367,4 +369,4 @@ def _written(name: str, value: Any, folder: ScenarioFolder) -> Any:
     if name == 'graph' and not isinstance(value, str):
         raise SetcmasError('graph is a matrix; write it to a graph file and name that')
     text = str(value) if isinstance(value, Path) else value
-    return plain(_option(name).kind.located(text, partial(folder.named, name)))
+    return plain(_option(name).kind.located(text, partial(named_in, folder, name)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,50 +28,44 @@ INPUTS = 'inputs'
 """The folder of a run with copies of the files that its scenario names."""
 
 
-class ScenarioFolder:
-    """The folder of a scenario's file, to which the paths in it are relative."""
+def placed_in(folder: Path, name: str, text: str, exercise: bool = False) -> str:
+    """Return the absolute path of the file in the text of a value, or raise SetcmasError.
 
-    def __init__(self, folder: Path, exercise: bool = False) -> None:
-        """Take a folder; laws may be exercises."""
-        self._folder = folder.resolve()
-        self._exercise = exercise
+    Args:
+        folder: That of the scenario's file, to which the paths in it are relative.
+        name: Name of the value.
+        text: A path, or the name of a script that ships.
+        exercise: Whether laws may be exercises.
+    """
+    if name == 'model' and not (is_file(text) or _is_path(text)):
+        return text
+    path = (folder / text).resolve()
+    if path.is_file():
+        return str(path)
+    if name not in _SCRIPTS or _is_path(text):
+        raise SetcmasError(f"there is no file '{text}' in '{folder.resolve()}'")
+    if exercise and text in EXERCISES:
+        return str(EXERCISES.file(text))
+    shipped, function = _SCRIPTS[name]
+    if shipped and (name == 'algo' or text in shipped):
+        return str(shipped.file(text))
+    raise SetcmasError(
+        f"script '{text}' of {name} was not found; it must be a script in the scenario's "
+        f'folder with a function {function}'
+    )
 
-    def check_inside(self, files: Iterable[Path], owner: str) -> None:
-        """Check that files which `owner` names are here or ship, or raise SetcmasError."""
-        for file in files:
-            self.named(owner, str(file))
 
-    def place(self, name: str, text: str) -> str:
-        """Return the absolute path of the file in the text of a value, or raise SetcmasError."""
-        if name == 'model' and not (is_file(text) or _is_path(text)):
-            return text
-        path = (self._folder / text).resolve()
-        if path.is_file():
-            return str(path)
-        if name not in _SCRIPTS or _is_path(text):
-            raise SetcmasError(f"there is no file '{text}' in '{self._folder}'")
-        if self._exercise and text in EXERCISES:
-            return str(EXERCISES.file(text))
-        shipped, function = _SCRIPTS[name]
-        if shipped and (name == 'algo' or text in shipped):
-            return str(shipped.file(text))
-        raise SetcmasError(
-            f"script '{text}' of {name} was not found; it must be a script in the scenario's "
-            f'folder with a function {function}'
-        )
-
-    def named(self, name: str, text: str) -> str:
-        """Return the text of a value in a file here, for a path, or raise SetcmasError."""
-        path = Path(text)
-        if built_in := built_in_name(path):
-            return built_in
-        if not path.is_file():
-            return text
-        if not path.resolve().is_relative_to(self._folder):
-            raise SetcmasError(
-                f"{name} names '{text}', which is outside '{self._folder}'; copy it there"
-            )
-        return path.resolve().relative_to(self._folder).as_posix()
+def named_in(folder: Path, name: str, text: str) -> str:
+    """Return the text of a value in a file in a folder, for a path, or raise SetcmasError."""
+    path = Path(text)
+    if built_in := built_in_name(path):
+        return built_in
+    if not path.is_file():
+        return text
+    inside = folder.resolve()
+    if not path.resolve().is_relative_to(inside):
+        raise SetcmasError(f"{name} names '{text}', which is outside '{inside}'; copy it there")
+    return path.resolve().relative_to(inside).as_posix()
 
 
 def _is_path(text: str) -> bool:
