@@ -56,9 +56,7 @@ def main(args: argparse.Namespace) -> int:
 def _calibrate_lens(path: Path, name: str, source: str) -> None:
     from msgspec.structs import replace
 
-    from setcmas_expe.mocap import camera_file
-    from setcmas_expe.mocap.camera_calibration import calibrated_lens
-    from setcmas_expe.mocap.picture_sources import pictures
+    from setcmas_expe.mocap import camera_calibration, camera_file, picture_sources
 
     file = camera_file.CameraFile(camera_file.RobotTags(_TAG_SIZE, _TAG_HEIGHT))
     if path.exists():
@@ -66,8 +64,8 @@ def _calibrate_lens(path: Path, name: str, source: str) -> None:
     elif not path.parent.is_dir():
         raise SetcmasError(f"'{path}' cannot be written: there is no folder '{path.parent}'")
     print('hold the board still, flat, in many places of the picture; Ctrl-C ends', flush=True)
-    shots = pictures(source, None)
-    lens = calibrated_lens(shots, lambda line: print(line, flush=True))
+    shots = picture_sources.pictures(source, None)
+    lens = camera_calibration.calibrated_lens(shots, lambda line: print(line, flush=True))
     others = tuple(camera for camera in file.cameras if camera.name != name)
     camera = camera_file.Camera(name, source, lens)
     camera_file.write_cameras(replace(file, cameras=(*others, camera)), path)

@@ -62,8 +62,12 @@ class DeadReckoning:
         self.way += step
         self._turn_error += _TURN_PER_METRE * step + _TURN_PER_TURN * turned
         self.drift += (_PER_METRE + self._turn_error) * step
-        moved = (pose[0] - self._first[0], pose[1] - self._first[1], pose[2])
-        return _in_frame((*self._start[:2], self._start[2] - self._first[2]), moved, sample)
+        turn = self._start[2] - self._first[2]
+        moved = complex(pose[0] - self._first[0], pose[1] - self._first[1])
+        offset = moved * cmath.rect(1.0, turn)
+        place = (self._start[0] + offset.real, self._start[1] + offset.imag, 0.0)
+        z, w = quaternion_of_yaw(turn + pose[2])
+        return replace(sample, position=place, orientation=(0.0, 0.0, z, w))
 
     @property
     def trouble(self) -> str:
@@ -79,11 +83,3 @@ class DeadReckoning:
             f'wheel odometry may be {100 * self.drift:.0f} cm off after {self.way:.1f} m and '
             f'{self._time:.0f} s: put the robots at their start poses, and start again'
         )
-
-
-def _in_frame(frame: Pose, pose: Pose, sample: Sample) -> Sample:
-    """Return a sample at a pose that is given in a frame."""
-    offset = complex(*pose[:2]) * cmath.rect(1.0, frame[2])
-    z, w = quaternion_of_yaw(frame[2] + pose[2])
-    place = (frame[0] + offset.real, frame[1] + offset.imag, 0.0)
-    return replace(sample, position=place, orientation=(0.0, 0.0, z, w))

@@ -11,16 +11,26 @@ from setcmas_expe.guard.obedience import (
 )
 from setcmas_simu.robots.model import IDEAL, ROBOT_LIMITS
 
+STAND = [(0.0, 0.0)]
+
+
+def verdicts(obedience, wheels, commands=STAND):
+    """Yield a time and what the check reports then, 20 times a second.
+
+    Wheels have (V, omega), or None where they are silent. The last command goes on.
+    """
+    for step, measured in enumerate(wheels):
+        if measured:
+            obedience.measure(*measured, step / 20)
+        command = commands[min(step, len(commands) - 1)]
+        yield step / 20, obedience.update(*command, step / 20)
+
 
 def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
-    """Return what the check reports of wheels with (V, omega) that are commanded otherwise."""
-    obedience, step = Obedience(IDEAL), 0
-    while step / 20 <= seconds:
-        if step / 20 < silent_from:
-            obedience.measure(*wheels, step / 20)
-        verdict = obedience.update(*commanded, step / 20)
-        step += 1
-    return verdict
+    """Return what the check reports last of wheels that are commanded otherwise."""
+    steps = range(int(20 * seconds) + 1)
+    measured = [wheels if step / 20 < silent_from else None for step in steps]
+    return [*verdicts(Obedience(IDEAL), measured, [commanded])][-1][1]
 
 
 @pytest.mark.parametrize(
@@ -56,34 +66,23 @@ def test_wheels_that_measure_no_number_are_silent_from_the_first_message_on(numb
 
 
 def test_wheels_that_slow_down_have_more_time():
-    obedience = Obedience(IDEAL)
     speeds = [0.2, 0.2, 0.15, *[0.1] * 30]
-    verdicts = []
-    for step, speed in enumerate(speeds):
-        obedience.measure(speed, 0.0, step / 20)
-        verdicts.append(obedience.update(0.0, 0.0, step / 20))
+    wheels = [(speed, 0.0) for speed in speeds]
+    found = [verdict for _, verdict in verdicts(Obedience(IDEAL), wheels)]
 
-    assert not any(verdicts[: round(20 * RUNS_AWAY_AFTER_S)])
-    assert verdicts[-1]
+    assert not any(found[: round(20 * RUNS_AWAY_AFTER_S)])
+    assert found[-1]
 
 
 NOISE = [(0.001, 0.05), (-0.001, -0.08), (0.0, 0.087)]  # of encoders and a gyroscope at rest
 CREEPS = (0.0, 0.3)  # the slow turn of a robot that has not proved its axes
 
 
-def first_cut(wheels, commanded=((0.0, 0.0),), slows_within=SLOWS_WITHIN_S):
-    """Return after how many s a burger ignores zero; wheels and commands each 20 times a second.
-
-    The last command goes on.
-    """
+def first_cut(wheels, commands=STAND, slows_within=SLOWS_WITHIN_S):
+    """Return after how many s a burger ignores zero."""
     obedience = Obedience(ROBOT_LIMITS['burger'], slows_within)
-    for step, measured in enumerate(wheels):
-        if measured:
-            obedience.measure(*measured, step / 20)
-        command = commanded[min(step, len(commanded) - 1)]
-        if obedience.update(*command, step / 20) is Disobedience.IGNORES_ZERO:
-            return step / 20
-    return None
+    found = verdicts(obedience, wheels, commands)
+    return next((t for t, verdict in found if verdict is Disobedience.IGNORES_ZERO), None)
 
 
 def test_a_deaf_robot_that_creeps_is_found_though_a_reading_fails():
