@@ -83,15 +83,13 @@ class Parser(argparse.ArgumentParser):
 def spelled(arguments: list[str]) -> list[str]:
     """Return arguments with - in option names and _ in the verb, however the user typed them."""
     result = []
-    for argument in arguments:
+    for place, argument in enumerate(arguments):
         if argument.startswith('--'):
             name, equals, value = argument.partition('=')
             argument = f'--{name[2:].replace("_", "-")}{equals}{value}'
+        elif place == 0 and not argument.startswith('-'):
+            argument = argument.replace('-', '_')
         result.append(argument)
-    for index, argument in enumerate(result):
-        if not argument.startswith('-'):
-            result[index] = argument.replace('-', '_') if index == 0 else argument
-            break
     return result
 
 
@@ -110,12 +108,6 @@ def build_parser(wanted: str) -> Parser:
         else:
             verbs.add_parser(verb, help=purpose)
     return parser
-
-
-def _check_verb(parser: Parser, verb: str) -> None:
-    if verb not in VERBS:
-        hint = did_you_mean(verb, VERBS)
-        parser.error(f"unknown verb '{verb}'; must be one of {', '.join(VERBS)}{hint}")
 
 
 def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
@@ -159,8 +151,9 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
         import argcomplete
 
         argcomplete.autocomplete(parser)
-    if wanted:
-        _check_verb(parser, wanted)
+    if wanted and wanted not in VERBS:
+        hint = did_you_mean(wanted, VERBS)
+        parser.error(f"unknown verb '{wanted}'; must be one of {', '.join(VERBS)}{hint}")
     args, unknown = parser.parse_known_args(arguments)
     if unknown:
         _refuse(args.parser if args.verb else parser, unknown[0])

@@ -305,7 +305,8 @@ class RemoteKeyboard(Keyboard):
         self._asked, self._answered = -math.inf, -math.inf
         self._is_asking = False
         self._catches_up_until = math.inf
-        if name := _between():
+        # A program between the person and this process, such as tmux, answers by itself.
+        if name := next(filter(None, map(_ANSWER_THEMSELVES.get, _parents())), ''):
             raise SetcmasError(
                 f'{name} answers in place of your terminal, so robots would drive on when a '
                 f'connection to it hangs: run setcmas outside of {name}, {_OTHER_WAY}'
@@ -349,11 +350,6 @@ class RemoteKeyboard(Keyboard):
 
 
 _OTHER_WAY = 'or add --hold and hold the button of a joystick that is wired to this computer'
-
-
-def _between() -> str:
-    """Return which program between the person and this process answers by itself; '' if none."""
-    return next(filter(None, map(_ANSWER_THEMSELVES.get, _parents())), '')
 
 
 def _parents() -> Iterator[str]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from setcmas_simu.errors import SetcmasError, it_must_be
+from setcmas_simu.errors import SetcmasError, file_errors, it_must_be
 from setcmas_simu.limited_file import read_limited, written_whole
 
 # Such as 1e-3, which is a text in YAML 1.1.
@@ -121,10 +121,10 @@ _LONGEST_NAME = 500
 
 def read_entries(path: Path) -> Entry:
     """Return the content of a YAML file, or raise SetcmasError; an empty file is a mapping."""
+    with file_errors(f"'{path}' cannot be read"):
+        content = read_limited(path, MOST_BYTES)
     try:
-        return entries_of(read_limited(path, MOST_BYTES).decode('utf-8'), path)
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
+        return entries_of(content.decode('utf-8'), path)
     except UnicodeDecodeError as error:
         raise SetcmasError(f"'{path}' is not YAML: {error}") from error
 
