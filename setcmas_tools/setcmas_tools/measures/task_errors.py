@@ -116,7 +116,7 @@ def velocities(run: Run) -> Floats | None:
     )
 
 
-def rms_by_robot(t: Floats, errors: dict[int, Floats], share: float) -> dict[int, float]:
+def rms_by_robot(t: Floats, errors: Mapping[int, Floats], share: float) -> dict[int, float]:
     """Return RMS errors by robot after a share of the run, for robots with known errors."""
     late = from_share(t, share)
     known = {robot: values[late & np.isfinite(values)] for robot, values in errors.items()}

@@ -14,12 +14,11 @@ from setcmas_tools.measures.agreement import convergence_rate, disagreement
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.measures.task_errors import (
     LEADER,
+    errors_of,
     from_share,
-    place_errors,
     placed,
     rms,
     rms_by_robot,
-    tracking_errors,
     velocities,
     wanted_distances,
 )
@@ -43,11 +42,10 @@ def tracking(run: Run) -> Measured | None:
     They are RMS distances by robot, and over all robots. None without a known one at the end.
     Source: Siciliano et al., Robotics, 2009, section 11.6.
     """
-    if (wanted := _references(run, 'tracking')) is None:
+    if _references(run, 'tracking') is None or not (errors := errors_of(run)):
         return None
-    grid = run.counted_grid
-    errors = tracking_errors(grid, wanted['R'], wanted['W'])
-    whole, late = rms_by_robot(grid.t, errors, 0.0), rms_by_robot(grid.t, errors, 0.5)
+    t = run.counted_grid.t
+    whole, late = (rms_by_robot(t, errors.values, share) for share in (0.0, 0.5))
     if not late:
         return None
     of_fleet, of_fleet_late = rms([*whole.values()]), rms([*late.values()])
@@ -102,14 +100,13 @@ def formation(run: Run) -> Measured | None:
     None without a leader, or without a follower known at the same time. Source: Oh, Park and Ahn,
     A survey of multi-agent formation control, Automatica 53, 2015 (displacement-based control).
     """
-    if (wanted := _references(run, 'formation')) is None:
+    if _references(run, 'formation') is None or not (errors := errors_of(run)):
         return None
-    grid = run.counted_grid
-    errors = place_errors(grid, np.array(wanted['PLACES']))
-    late = rms_by_robot(grid.t, errors, 0.75)
-    final = {robot: float(errors[robot][np.isfinite(errors[robot])][-1]) for robot in late}
+    late = rms_by_robot(run.counted_grid.t, errors.values, 0.75)
     if not late:
         return None
+    known = {robot: values[np.isfinite(values)] for robot, values in errors.values.items()}
+    final = {robot: float(known[robot][-1]) for robot in late}
     of_fleet = rms([*late.values()])
     values = {
         'position_error_final_m': final,
