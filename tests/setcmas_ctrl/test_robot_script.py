@@ -1,12 +1,9 @@
-import math
-
 import numpy as np
 import pytest
 
 from setcmas_ctrl.robot_script import ScriptRobot
 from setcmas_ctrl.si_to_uni import conversion_of
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.models_by_name import fleet_model, robot_models
 from setcmas_simu.robots.unicycle import UNICYCLE
 
 TS = 0.1
@@ -148,19 +145,3 @@ def test_a_start_that_fails_is_reported(robot):
         SetcmasError, match=r'line 2: start returned 1 value: 1\.0; it must return 3 or'
     ):
         robot('def step(s, c, t): pass\ndef start(x, y, theta): return x').start(POSE)
-
-
-def test_every_robot_may_have_its_own_script_or_model(tmp_path, said):
-    path = tmp_path / 'count.py'
-    path.write_text(
-        'n = 0\ndef step(state, command, Ts):\n    global n\n    n += 1\n'
-        '    return state[0] + n, state[1], state[2]\n'
-    )
-    names = ['unicycle', str(path), str(path), 'car']
-    fleet = fleet_model(robot_models(names, [1, 2, 3, 4], warn=said.append))
-    states = fleet.start(np.zeros((3, 4)))
-    for _ in range(3):
-        states = fleet.step(states, np.zeros((3, 4)), TS)
-
-    assert states[0].tolist() == [0.0, 6.0, 6.0, 0.0]
-    assert math.isclose(states[3, 1], 3 / TS)

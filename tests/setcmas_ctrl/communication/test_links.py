@@ -142,16 +142,6 @@ def test_a_link_that_comes_up_brings_the_state_sent_last():
     assert links.counts.sent[0].tolist() == [0, 0, 1]
 
 
-def test_a_state_that_is_sent_once_more_is_not_lost_for_the_same_reason_again():
-    links = begun(path(3), loss=0.5)
-    for k in range(200):
-        links.connect(complete(3) if k % 2 else path(3), 0.1 * k)
-    sent, lost = links.counts.sent[0, 2], links.counts.lost[0, 2]
-
-    assert sent == 100
-    assert lost == pytest.approx(50, abs=25)
-
-
 def test_a_link_that_goes_down_forgets_and_loses_what_is_on_its_way():
     links = begun(delay=0.2)
     links.send(ALL, moved(1), 1.0)
@@ -180,16 +170,6 @@ def test_nothing_is_known_of_a_robot_that_never_sent():
 
     assert np.isnan(links.last_sent[0]).tolist() == [True, False, True]
     assert np.isnan(links.known_poses(POSES[:, [0]], 0.0)[0, 0]).tolist() == [False, False, True]
-
-
-def test_a_state_carries_what_was_attached_before_it():
-    links = begun(path(3))
-    links.attach(0, 'a')
-    assert links.contents(1) == {}
-
-    links.send(ALL, POSES, 0.1)
-
-    assert [links.contents(robot) for robot in range(3)] == [{}, {0: 'a'}, {}]
 
 
 def test_content_shares_delay_and_loss_of_its_state():
