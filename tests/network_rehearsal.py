@@ -16,6 +16,8 @@ from ros_peer import Peer
 TESTS = Path(__file__).parent
 LAB = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--nb-robots', '2', *POSES]
 ROGUE = [sys.executable, str(TESTS / 'setcmas_expe' / 'scripts' / 'rogue.py')]
+SLOW = ('--vnom', '0.1')  # so that a busy machine has twice the time for the same way
+UNPROVED = (*SLOW, '--without-motion-check')
 GOES = 0.07  # m/s
 
 
@@ -47,7 +49,7 @@ def over_a_network(domain: int, folder: Path, *options: str):
 
 def roll_after_the_laptop_is_cut_off(domain: int, folder: Path) -> list[float]:
     """Return how far (m) each of the robots rolls."""
-    with over_a_network(domain, folder, '--vnom', '0.1') as experiment:
+    with over_a_network(domain, folder, *SLOW) as experiment:
         experiment.let_go(GOES)
         experiment.network.cut('laptop')
         fault = time.time()  # the newest truth may be old: a busy peer lags behind
@@ -86,7 +88,7 @@ def wait_until_it_goes(experiment: Rehearsal) -> None:
 
 def ways_past_a_rogue(domain: int, folder: Path) -> tuple[float, float]:
     """Return how far (m) a robot goes: when a rogue comes, and while it is there."""
-    with over_a_network(domain, folder, '--without-motion-check') as experiment:
+    with over_a_network(domain, folder, *UNPROVED) as experiment:
         with rogue_beside(experiment, folder) as rogue:
             experiment.peer.wait_for(lambda: 'several' in experiment.output())
             beside = way_while_starts_are_pressed(experiment)
@@ -109,7 +111,7 @@ def way_behind_a_firewall(domain: int, folder: Path) -> tuple[float, str]:
     page = (TESTS.parent / 'docs' / 'lab_setup.md').read_text()
     rules = re.search(r'```nft\n(.*?)```', page, re.DOTALL)[1]
     with (
-        over_a_network(domain, folder, '--without-motion-check') as experiment,
+        over_a_network(domain, folder, *UNPROVED) as experiment,
         rogue_beside(experiment, folder, 'guarded') as rogue,
     ):
         wait_for, output, network = experiment.peer.wait_for, experiment.output, experiment.network
