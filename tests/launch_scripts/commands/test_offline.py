@@ -116,9 +116,8 @@ def test_ctrl_c_keeps_what_was_simulated(start, tmp_path):
         'def control(i, n, p, t):\n'
         '    while t >= 2:\n        print("here", flush=True)\n    return 0.1, 0\n'
     )
-    process = start(
-        *SETCMAS, 'offline', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path
-    )
+    options = ('--no-plots', '--call-timeout', '100')  # the flood of lines keeps this test busy
+    process = start(*SETCMAS, 'offline', *options, '--algo', 'law', '-o', 'out', cwd=tmp_path)
     process.wait_for_output('here')
 
     assert process.end(signal.SIGINT) == 130
