@@ -8,7 +8,6 @@ from functools import cached_property, partial
 import numpy as np
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension, String
@@ -20,12 +19,11 @@ from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import RobotState, state_of
+from setcmas_simu.ros.messages import RobotState, state_of, wait_until_received
 from setcmas_simu.ros.polling import PolledTopic
 
 _COUNTS_EVERY_S = 1.0
 _GRAPH_EVERY_S = 0.2
-_LAST_COUNTS_S = 0.3
 _TIMER_JITTER_S = 0.02
 
 
@@ -236,8 +234,7 @@ class FleetNetwork:
         if not self.is_on:
             return
         self._publish_counts()
-        for publisher in self._counts_publishers:
-            publisher.wait_for_all_acked(Duration(seconds=_LAST_COUNTS_S))
+        wait_until_received(self._counts_publishers)
 
     def _publish_graph(self, adjacency: Floats) -> None:
         if self._graph_publisher:

@@ -1,4 +1,7 @@
-"""Conversion of velocities into commands, with limits, and as the safety filter has decided."""
+"""Conversion of velocities into commands, with limits, and as the safety filter has decided.
+
+The formula itself is in `si_to_uni.py`.
+"""
 
 from __future__ import annotations
 

@@ -29,6 +29,7 @@ from setcmas_simu.robot_node import StepTime, run_steps
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import Announcement, FleetAnnouncer
+from setcmas_simu.ros.messages import wait_until_received
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main, prefer_this_process
 
@@ -85,8 +86,7 @@ class Bridges:
             for bridge in self.bridges:
                 bridge.stop()
             time.sleep(1.0 / RATE_HZ)
-        for bridge in self.bridges:
-            bridge.cmd_vel.wait_until_sent()
+        wait_until_received(bridge.cmd_vel.publisher for bridge in self.bridges)
 
 
 class BridgedFleet:

@@ -1,5 +1,7 @@
 import json
 import signal
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +20,8 @@ from visualization_msgs.msg import Marker
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.palettes import colour
 from setcmas_simu.ros import qos
+
+FOREIGN = Path(__file__).parents[1] / 'setcmas_expe' / 'scripts' / 'foreign_controller.py'
 
 
 def test_odometry_pose_and_marker_of_every_robot(start, peer):
@@ -71,6 +75,18 @@ def test_a_sender_of_the_other_type_is_reported_once(start, peer):
     simulator.wait_for_output(
         '/tb3_1/cmd_vel and 1 more: /peer sends Twist, but the robot takes TwistStamped, so no '
         'command arrives; start simu with --cmd-vel-type twist, or send TwistStamped'
+    )
+
+
+@pytest.mark.nightly
+def test_so_is_a_sender_without_ros(start, domain):
+    pytest.importorskip('cyclonedds')
+    simulator = start(*SIMU, '--nb-robots', '1', '--cmd-vel-type', 'twist')
+    start(sys.executable, FOREIGN, str(domain), '1', 'cmd_vel', 'TwistStamped')
+
+    simulator.wait_for_output(
+        '/tb3_1/cmd_vel: a node without a name sends TwistStamped, but the robot takes Twist, so '
+        'no command arrives; start simu with --cmd-vel-type twist_stamped, or send Twist'
     )
 
 

@@ -31,7 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--calibrate', choices=['lens', 'floor'], help=calibrate)
     name = 'name of the camera whose lens is calibrated (default: camera)'
     parser.add_argument('--name', default='camera', metavar='NAME', help=name)
-    source = 'where its pictures come from: number of a camera, or a video file (default: 0)'
+    source = 'where its pictures come from: number of a camera, a video file, or a series '
+    source += 'such as pictures/%%03d.png (default: 0)'
     parser.add_argument('--source', default='0', metavar='SOURCE', help=source)
     add_ros_arguments(parser)
 

@@ -27,6 +27,7 @@ from setcmas_simu.robots.models_by_name import is_script, model_names, robot_mod
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.fleet_topic import Announcement, FleetListener
+from setcmas_simu.ros.messages import wait_until_received
 from setcmas_simu.ros.parameters import NodeParameters, warn_of_unknown
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess
@@ -274,6 +275,5 @@ class ControlledFleet:
         """Let every robot rest, its controller first."""
         for node in self.nodes:
             node.stop()
-        for si_to_uni in self.si_to_unis:
-            si_to_uni.cmd_vel.wait_until_sent()
+        wait_until_received(one.cmd_vel.publisher for one in self.si_to_unis)
         self.network.stop()

@@ -209,10 +209,11 @@ def prepared_fleet(
         SetcmasError: A script does not load, or options contradict each other.
         StopCall: The process was asked to stop meanwhile.
     """
-    if safety.is_on and options.robots:
+    if safety.is_on and options.robots and len(options.robots) != options.nb_robots:
         raise SetcmasError(
-            'the safety filter needs all robots of the fleet in one process, not only '
-            f'{robots_in_words([*options.robots])}: control the whole fleet, or add --filter none'
+            'the safety filter needs all robots of the fleet in one process: add '
+            f'--nb-robots {max(options.robots)} if {robots_in_words([*options.robots])} are all, '
+            'leave out --robots, or add --filter none'
         )
     process.requests = RequestWait([node])
     law = parameters.options

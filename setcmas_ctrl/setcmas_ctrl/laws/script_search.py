@@ -62,7 +62,7 @@ def find_script(
     function = form.partition('(')[0]
     names = {f'{group.kind}s': list(group.plugins()) for group in groups}
     names[f'in this folder with a function {function}'] = [
-        path.stem for path in scripts_in(Path.cwd()) if summary_of(path, {function}) is not None
+        path.stem for path in scripts_in(Path.cwd()) if function in _functions_in(path)
     ]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
     lists = '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
@@ -94,14 +94,21 @@ _LISTED = {'control', 'ctc', 'si_to_uni'}
 """A listed script defines one of these: a law, a triggering condition, or a conversion."""
 
 
-def summary_of(path: Path, functions: Collection[str] = _LISTED) -> str | None:
-    """Return the first line of a script's docstring; None if it defines none of the functions."""
+def _functions_in(path: Path) -> set[str]:
+    """Return the names of a script's functions; none if it cannot be read."""
+    with contextlib.suppress(SetcmasError):
+        return {node.name for node in parsed(path).body if isinstance(node, ast.FunctionDef)}
+    return set()
+
+
+def summary_of(path: Path) -> str | None:
+    """Return the first line of a script's docstring; None if it defines nothing to be listed."""
     try:
         tree = parsed(path)
     except SetcmasError as error:
         message, *_ = str(error).splitlines()
         return f'(cannot be read: {message})'
-    if not any(isinstance(node, ast.FunctionDef) and node.name in functions for node in tree.body):
+    if not _functions_in(path) & _LISTED:
         return None
     return (ast.get_docstring(tree) or '').partition('\n')[0]
 

@@ -135,7 +135,7 @@ class CmdVelGuard(RobotNode):
     def stop(self) -> None:
         """Stop the robot before the publisher to its base closes."""
         self._send(*_STOP)
-        self.base.wait_until_sent()
+        messages.wait_until_received([self.base.publisher])
 
     def _trouble_of_base(self) -> GuardState | None:
         """Return how the base does not listen to its guard alone; None if it does.

@@ -17,6 +17,7 @@ Size = tuple[int, int]
 """Width and height in px."""
 
 _OLDEST_STAMP_S = 1.0
+_USUAL_HZ = 30.0
 
 
 def pictures(source: str, size: Size | None) -> Iterator[Shot]:
@@ -69,12 +70,16 @@ def _recording(source: str) -> Iterator[Shot]:
             f"'{source}' is no source of pictures; it must be the number of a camera, such as 0, "
             'a video file, or a series of pictures, such as pictures/%03d.png'
         )
-    period = 1.0 / video.get(cv2.CAP_PROP_FPS)
+    period = 1.0 / (video.get(cv2.CAP_PROP_FPS) or _USUAL_HZ)
     shown = time.time()
-    while (frame := video.read())[0]:
-        yield shown, frame[1]
+    arrived, picture = video.read()
+    if not arrived:
+        raise SetcmasError(f"'{source}' has no pictures")
+    while arrived:
+        yield shown, picture
         time.sleep(max(0.0, shown + period - time.time()))
         shown = time.time()
+        arrived, picture = video.read()
 
 
 class NewestPicture:

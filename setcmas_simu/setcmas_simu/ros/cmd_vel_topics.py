@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo
@@ -145,11 +144,10 @@ def type_name(kind: str) -> str:
 
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
-_LAST_COMMAND_S = 0.3
 
 
 class CmdVelPublisher:
-    """Commands one robot on a topic, whose full name is `topic`.
+    """Commands one robot on a topic, whose full name is `topic`, by a `publisher`.
 
     `mixed` reports a listener that takes another type than the published one; None without one.
     """
@@ -190,11 +188,7 @@ class CmdVelPublisher:
             message.header.stamp = stamp or messages.stamp()
             twist = message.twist
         twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
-        self._publisher.publish(message)
-
-    def wait_until_sent(self) -> None:
-        """Wait briefly until the last command has arrived."""
-        self._publisher.wait_for_all_acked(Duration(seconds=_LAST_COMMAND_S))
+        self.publisher.publish(message)
 
     def follow_listeners(self) -> bool:
         """Match the type to what the robot listens to; return False if nothing listens."""
@@ -206,7 +200,7 @@ class CmdVelPublisher:
         self.mixed = None
         if others:
             own, other = type_name(self._type), type_name(others[0].kind)
-            topic = self._publisher.topic_name
+            topic = self.publisher.topic_name
             self.mixed = f'{topic} carries {own}, but {others[0].name} takes {other}'
         return any(endpoint.kind == self._type for endpoint in found)
 
@@ -216,13 +210,13 @@ class CmdVelPublisher:
             self.publish(0.0, 0.0)
             self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
             # One type at a time: within a process DDS knows only one type per topic.
-            self._node.destroy_publisher(self._publisher)
+            self._node.destroy_publisher(self.publisher)
             self._create_publisher()
 
     def _create_publisher(self) -> None:
         kind = TYPES[self._type]
-        self._publisher = self._node.create_publisher(kind, self.topic, self._profile)
-        self.topic = self._publisher.topic_name
+        self.publisher = self._node.create_publisher(kind, self.topic, self._profile)
+        self.topic = self.publisher.topic_name
         self._message = kind()
         if isinstance(self._message, TwistStamped):
             self._message.header.frame_id = self._frame

@@ -1,14 +1,17 @@
-"""Messages: their classes by type, the state of a robot in an odometry, and stamps."""
+"""Messages: their classes by type, the state of a robot in an odometry, stamps, receipt."""
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Odometry
+from rclpy.duration import Duration
+from rclpy.publisher import Publisher
 
 from setcmas_simu.fleet.planar_pose import Pose, quaternion_of_yaw, yaw_of_quaternion
 
@@ -68,3 +71,18 @@ def stamp_of(time_ns: int) -> Time:
 def seconds_of(stamp: Time) -> float:
     """Return the time of a stamp in s."""
     return float(stamp.sec + stamp.nanosec / 1e9)
+
+
+RECEIPT_S = 0.6
+"""Longest wait for the receipt of last messages, in s.
+
+On one machine publishers ask for it every 0.5 s (`config/fastdds_loopback.xml`).
+"""
+
+
+def wait_until_received(publishers: Iterable[Publisher], longest_s: float = RECEIPT_S) -> None:
+    """Wait until the last messages of publishers have arrived, for at most a time in s in all."""
+    deadline = time.monotonic() + longest_s
+    for publisher in publishers:
+        left = max(0.0, deadline - time.monotonic())
+        publisher.wait_for_all_acked(Duration(seconds=left))

@@ -76,7 +76,7 @@ class SimulatorWatch:
             self._next_look = real + _LOOK_EVERY_S
             self._warn_of_missed(real)
             self._warn_of_unread()
-            self._warn_of_others()
+            self.warn_of_others()
 
     def _warn_of_missed(self, real: float) -> None:
         if self._missed and real >= self._next_warning:
@@ -105,7 +105,7 @@ class SimulatorWatch:
             self._reported |= set(new)
             self._node.get_logger().warning(self._described(new, found[new[0]]))
 
-    def _warn_of_others(self) -> None:
+    def warn_of_others(self) -> None:
         """Warn of another simulator that was there at the last look, too, and so is to stay.
 
         Two that start at the same moment do not see each other in `refuse_second_simulator`.

@@ -14,7 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -24,7 +23,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.messages import NoPythonTypeError, message_class
+from setcmas_simu.ros.messages import NoPythonTypeError, message_class, wait_until_received
 from setcmas_simu.ros.polling import RequestWait
 from setcmas_simu.ros.process import RosProcess, node_main
 from setcmas_tools.bags.bag_reader import Bag, BagTopic, open_bag
@@ -198,9 +197,7 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     print(f'playing {len(publishers)} {topics_text}, {seconds:.1f} s', flush=True)
     in_use = partial(robots_in_use, node, names, own=1)
     count = play(process, bag, publishers, options.rate, in_use)
-    deadline = time.monotonic() + _LAST_MESSAGES_S
-    for publisher in publishers.values():
-        publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
+    wait_until_received(publishers.values(), _LAST_MESSAGES_S)
     print(f'played {count:,} {"message" if count == 1 else "messages"}', flush=True)
     return 0
 

@@ -232,4 +232,9 @@ def test_the_filter_is_refused_for_a_part_of_a_fleet_before_there_is_one(start):
     process = start(*CTRL, '--algo', 'nav_wp', '--robots', '1-2', '--filter', 'barrier')
 
     assert process.wait() == 2
-    assert 'needs all robots of the fleet in one process, not only robots 1-2' in process.output()
+    assert 'add --nb-robots 2 if robots 1-2 are all, leave out --robots' in process.output()
+
+
+def test_the_filter_runs_for_robots_that_are_the_whole_fleet(start):
+    of_all = ('--nb-robots', '2', '--robots', '1-2', '--filter', 'barrier')
+    start(*CTRL, '--algo', 'nav_wp', *of_all).wait_for_output('waiting for')

@@ -1,3 +1,5 @@
+import re
+
 import pytest
 import yaml
 
@@ -13,3 +15,8 @@ def test_arrows_have_the_colour_of_their_robot(robot):
     for display in (pose, trail['Shape']):
         channels = [int(channel) / 255 for channel in display['Color'].split('; ')]
         assert channels == pytest.approx(colour(robot), abs=0.01)
+
+
+def test_displays_are_those_of_rviz_2():
+    shown = set(re.findall(r'Class: rviz_default_plugins/(.*)', rviz_config([1, 2], True)))
+    assert shown == {'Grid', 'Axes', 'Odometry', 'Marker', 'MarkerArray'}

@@ -4,10 +4,13 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
+from processes import SIMU
+from rclpy.duration import Duration
 
-from setcmas_simu.ros import messages
-from setcmas_simu.ros.messages import state_of
+from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.messages import state_of, wait_until_received
 
 
 def odometry(x, y, z, w):
@@ -47,3 +50,14 @@ def test_a_stamp_has_whole_seconds_and_nanoseconds():
     stamp = messages.stamp_of(7_000_000_008)
 
     assert (stamp.sec, stamp.nanosec) == (7, 8)
+
+
+def test_last_commands_have_been_received_when_the_wait_ends(start, peer):
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    publisher = peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel', qos.COMMAND)
+    peer.wait_for(publisher.get_subscription_count)
+
+    for _ in range(6):
+        publisher.publish(TwistStamped())
+        wait_until_received([publisher])
+        assert publisher.wait_for_all_acked(Duration(seconds=0))
