@@ -38,12 +38,12 @@ VERBS = {
     'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
     'identify': 'identify gain, lag and delay of robots from a run, for --model',
     'report': 'write a run as one page to hand in: replay, plots and script',
-    'site': 'write a web page that runs laws, with nothing to install',
+    'site': 'write a web page that runs laws in the browser',
     'list': 'list laws, robot models, mocap sources, metrics and plots',
     'check': 'check your law against its exercise',
     'grade': 'grade the submissions of a class, each in a sandbox',
     'camera': 'find robots by cameras and printed tags, in place of motion capture',
-    'tags': 'write the tags of robots and floor for a camera, to print',
+    'tags': 'write printable tags for robots and floor, which a camera finds',
     'new': 'write a starter control script, robot script or lab file',
 }
 """The verbs and their purposes; each is a module in `commands`."""

@@ -75,8 +75,8 @@ class StartPoseOptions(Options):
     )
     random_poses: str | None = option(
         kinds.ParsedText(RandomPoses.of, FORM, metavar='box=WxH,distance=D'),
-        'random poses for robots without a start pose: size of the box, least distance in m '
-        '(default: 10x10 and 1 if they fit)',
+        'random poses for robots without a start pose: box size and least distance in m '
+        '(default: 10x10 and 1, adapted if too tight)',
         default=None,
         alone=AUTO,
     )

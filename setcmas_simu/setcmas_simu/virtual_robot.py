@@ -115,7 +115,7 @@ class VirtualRobot(RobotNode):
         self.odom.publish(self.state[:6, 0], self.time.stamp)
 
     def look(self) -> None:
-        """Look for what is rare, which would cost as much as the motion if done at each step."""
+        """Look for rare events: at each step, that would cost as much as the motion."""
         self.next_look = self.time.now + LOOK_EVERY_S
         if self.reset():
             self.restart()

@@ -2,7 +2,7 @@
 
 The experiment starts paused: s starts it, the space bar pauses it, Esc or e stops it.
 If poses, commands or the operator's pause node are missing, it pauses until you press s again.
-With --emulate and --duration or --output it starts by itself and is recorded, as in `setcmas run`.
+With --emulate and --duration or --output it starts, records and ends by itself.
 
 Examples:
   setcmas expe square.yaml --emulate

@@ -2,14 +2,14 @@
 
 The page has an editor, the exercises, and the player of runs. Python (Pyodide) runs in the
 browser; what students write stays on their computer. Any web server serves the folder. Pyodide
-comes from a content delivery network, or from a folder, for schools without one: unpack
+comes from a content delivery network, or from a folder, for use without internet access: unpack
 pyodide-0.27.7.tar.bz2 of its releases on GitHub.
 
 Examples:
   setcmas site web                                 all laws and exercises
   python -m http.server -d web                     then open http://localhost:8000
   setcmas site web --exercise consensus lab.yaml   two exercises, one with a rubric of your own
-  setcmas site web --pyodide pyodide --overwrite   without a content delivery network
+  setcmas site web --pyodide pyodide --overwrite   for use without internet access
 """
 
 from __future__ import annotations

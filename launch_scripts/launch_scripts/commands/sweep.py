@@ -1,9 +1,8 @@
 """Run a control law many times offline with varied parameters.
 
-Writes runs.csv with a row per run, plots, and run.yaml with the scenario of the first run, from
-which others can be repeated: use setcmas offline (or run) --from FOLDER with the values in their
-row. A run whose law fails, hangs or dies still gets a row. Ctrl-C ends a study early and writes
-the rows so far.
+Writes runs.csv with a row per run, plots, and run.yaml with the scenario of the first run. To
+repeat another, use setcmas offline (or run) --from FOLDER with the values in its row. A run whose
+law fails, hangs or dies still gets a row. Ctrl-C ends a study early and writes the rows so far.
 
 Examples:
   setcmas sweep square.yaml --vary K=0.5,1,2

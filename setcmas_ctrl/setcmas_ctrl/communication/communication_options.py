@@ -51,7 +51,7 @@ class CommunicationOptions(Options):
 
     TITLE: ClassVar[str] = 'communication (default: all robots know all poses)'
 
-    event_triggered: bool = flag('robots send their state only when a condition triggers')
+    event_triggered: bool = flag('robots send their state only when a condition holds')
     ctc: Condition = option(
         ScriptOrFunction(metavar='NAME'),
         'triggering condition: a path or the name of a script with ctc(pos, last_pos, t), or one '
@@ -66,7 +66,7 @@ class CommunicationOptions(Options):
     )
     own_state: str = option(
         OneOf((HELD, EXACT)),
-        f'pose of itself that the law of an event-triggered robot gets: the last one sent '
+        f'which pose of its own robot a law gets with --event-triggered: the last one sent '
         f'({HELD}), as for the others, or the current one ({EXACT})',
         default=HELD,
     )
@@ -130,7 +130,7 @@ class Communication:
 
     @property
     def event_triggered(self) -> bool:
-        """Whether robots send their state only when a condition triggers."""
+        """Whether robots send their state only when a condition holds."""
         return self.options.event_triggered
 
     @property

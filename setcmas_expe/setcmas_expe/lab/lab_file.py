@@ -219,9 +219,9 @@ class LabChoice(Options):
 
     lab: Path | None = option(
         PathTo(),
-        'lab file, with the default fleet, arena and safety filter of the experiment',
+        'lab file: its fleet, arena and safety filter are the defaults here',
         default=None,
-        default_text='the lab file of the package',
+        default_text='the one that comes with setcmas',
     )
     mocap: str | None = option(
         Kind(metavar='NAME'),
