@@ -13,7 +13,7 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension, String
 
 from setcmas_ctrl.communication.communication_options import Communication
-from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.communication.delay_and_loss import Links
 from setcmas_ctrl.communication.message_content import Content, Value, decoded, encoded
 from setcmas_ctrl.fleet_poses import FleetPoses
 from setcmas_simu.arrays import Floats

@@ -8,7 +8,7 @@
             message.value['x'], message.age
 
 The answers are for the robot whose `control` is running, at the current time. Delay, loss and
-noise of the links are in `communication/links.py`.
+noise of the links are in `communication/delay_and_loss.py`.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+from setcmas_ctrl.communication.delay_and_loss import Channel, Links
 from setcmas_ctrl.communication.graph import (
     COMPLETE,
     PRESETS,
@@ -15,7 +16,6 @@ from setcmas_ctrl.communication.graph import (
     Graph,
     graph_description,
 )
-from setcmas_ctrl.communication.links import Channel, Links
 from setcmas_ctrl.communication.triggering_conditions import (
     CTC,
     THRESHOLD_M,

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.communication_options import Communication
+from setcmas_ctrl.communication.delay_and_loss import Links
 from setcmas_ctrl.communication.graph import GraphChanges
-from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.message_content import Content, Value
 from setcmas_ctrl.communication.triggering_conditions import CONSEQUENCE
 from setcmas_ctrl.control_law import ControlLaw

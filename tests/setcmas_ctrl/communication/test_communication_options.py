@@ -8,7 +8,7 @@ from setcmas_ctrl.communication.communication_options import (
     check_communication,
     chosen_communication,
 )
-from setcmas_ctrl.communication.links import Channel
+from setcmas_ctrl.communication.delay_and_loss import Channel
 from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from setcmas_ctrl.communication.delay_and_loss import Channel, Links
 from setcmas_ctrl.communication.graph import complete, directed_ring, path
-from setcmas_ctrl.communication.links import Channel, Links
 
 POSES = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [0.1, 0.2, 0.3]])
 ALL = [0, 1, 2]
