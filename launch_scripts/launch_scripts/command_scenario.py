@@ -12,6 +12,7 @@ from typing import Any
 from launch_scripts.terminal import warn
 from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.option_groups import typed_words
 from setcmas_tools.run.run import law_title
 from setcmas_tools.run.run_folder import STUDY_TABLE
 from setcmas_tools.run.run_info import INFO_FILE
@@ -46,9 +47,10 @@ def scenario_of(args: argparse.Namespace, needs_law: bool = True) -> Scenario:
     if base is None and 'algo' not in typed:
         more = ', or --from' if 'earlier' in args else ''
         args.parser.error(f'there is no control law: add --algo, or a scenario file{more}')
-    if base is None:
-        return Scenario(law=LawOptions(algo=typed['algo'])).replace(**typed)
-    return base.overridden(typed)
+    with typed_words():
+        if base is None:
+            return Scenario(law=LawOptions(algo=typed['algo'])).replace(**typed)
+        return base.overridden(typed)
 
 
 def scenario_to_simulate(args: argparse.Namespace) -> Scenario:

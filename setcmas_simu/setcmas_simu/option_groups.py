@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, Field, astuple, dataclass, field, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -21,6 +22,27 @@ from setcmas_simu.option_kinds import Kind
 from setcmas_simu.yaml_entries import Entry, entries_of, yaml_line
 
 Group = TypeVar('Group', bound='Options')
+
+
+class ClashError(SetcmasError):
+    """Options contradict each other; `typed` is the message with their names as typed."""
+
+    def __init__(self, message: str, *names: str) -> None:
+        super().__init__(message, *names)
+        self.names = names
+        self.typed = message.format(*map(spelled, names))
+
+    def __str__(self) -> str:
+        return str(self.args[0]).format(*self.names)
+
+
+@contextmanager
+def typed_words() -> Iterator[None]:
+    """Show options in messages as the user types them: raise SetcmasError for a ClashError."""
+    try:
+        yield
+    except ClashError as error:
+        raise SetcmasError(error.typed) from None
 
 
 def spelled(name: str) -> str:
@@ -143,7 +165,7 @@ class Options:
         self.check()
 
     def check(self) -> None:
-        """Raise SetcmasError if the values contradict each other."""
+        """Raise ClashError if the values contradict each other."""
 
     @classmethod
     def add_to(
@@ -167,7 +189,8 @@ class Options:
     @classmethod
     def of(cls: type[Group], args: argparse.Namespace) -> Group:
         """Return the values in parsed arguments, or defaults; raise SetcmasError for a clash."""
-        return cls.among(cls.typed(args))
+        with typed_words():
+            return cls.among(cls.typed(args))
 
     @classmethod
     def typed(cls, args: argparse.Namespace) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import pytest
 from launch_scripts.cli import main
 from setcmas_ctrl.laws.script_errors import ControlError
 from setcmas_simu.errors import SetcmasError, install_command, needs
+from setcmas_simu.option_groups import ClashError
 from setcmas_simu.plugins import PluginError
 
 LAW = ('--algo', 'consensus', '--nb-robots', '2', '--duration', '1', '-o', 'out')
@@ -63,6 +64,7 @@ scenarios:
 
 
 WITH_MORE = [
+    ClashError('{} needs {{it}} and {}', 'nb_robots', 'ctc'),
     ControlError('law.py, line 3: it fails', ('KeyError', Path('law.py'), 3), 'stops'),
     PluginError('law', "'circle' of package p 1", 'it is a class'),
 ]

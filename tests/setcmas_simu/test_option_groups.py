@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.option_groups import Form, Options, flag, option, take_values
+from setcmas_simu.option_groups import ClashError, Form, Options, flag, option, take_values
 from setcmas_simu.option_kinds import Kind, Number, OneOf, PathTo, Robots
 
 
@@ -34,7 +34,7 @@ class Robot(Base):
 
     def check(self):
         if self.quiet and self.tag:
-            raise SetcmasError('--quiet goes without --tag')
+            raise ClashError('{} goes without {}', 'quiet', 'tag')
 
 
 def parser_of(group, **known):
@@ -124,7 +124,9 @@ def test_mistakes_are_reported_with_the_names_of_arguments():
         Robot(law=3)
 
 
-def test_conflicting_options_are_reported():
+def test_conflicting_options_are_reported_by_option_or_argument():
+    with pytest.raises(SetcmasError, match=r'^quiet goes without tag$'):
+        Robot(law='go', quiet=True, tag=('x',))
     with pytest.raises(SetcmasError, match=r'^--quiet goes without --tag$'):
         parsed('--quiet', '--tag', 'x')
 

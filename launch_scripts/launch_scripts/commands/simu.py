@@ -17,6 +17,7 @@ from launch_scripts.commands.view import ViewOptions, fleet_views
 from launch_scripts.environment import require_ros
 from launch_scripts.processes import SIMULATOR, add_ros_arguments
 from launch_scripts.supervisor import run_node
+from setcmas_simu.option_groups import typed_words
 from setcmas_simu.simulation_options import SimulationOptions
 from setcmas_tools.run.scenario import options
 
@@ -35,7 +36,8 @@ def main(args: argparse.Namespace) -> int:
     own = {'robots': args.robots, 'cmd_vel_type': args.cmd_vel_type}
     scenario = scenario_of(args, needs_law=False)
     values = {k: v for k, v in scenario.values().items() if k in SimulationOptions.options()}
-    given = SimulationOptions(**own, **values)
+    with typed_words():
+        given = SimulationOptions(**own, **values)
     simulated = given.simulated()  # mistakes are reported before anything starts
     require_ros()
     view = ViewOptions.of(args)

@@ -26,8 +26,7 @@ from setcmas_ctrl.laws.script_errors import ErrorReports
 from setcmas_ctrl.laws.script_function import file_of
 from setcmas_ctrl.laws.script_loader import CONDITIONS, compile_script, load_script
 from setcmas_ctrl.laws.script_search import find_script, unfilled_note
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.option_groups import Options, flag, option, spelled
+from setcmas_simu.option_groups import ClashError, Options, flag, option
 from setcmas_simu.option_kinds import LENGTH, Number, OneOf, ScriptOrFunction
 
 HELD, EXACT = 'held', 'exact'
@@ -95,9 +94,9 @@ class CommunicationOptions(Options):
         changed = self.changed()
         for name in ('ctc', 'threshold', 'own_state'):
             if name in changed and not self.event_triggered:
-                raise SetcmasError(f'{spelled(name)} needs --event-triggered; add it')
+                raise ClashError('{} needs {}; add it', name, 'event_triggered')
         if self.threshold != THRESHOLD_M and self.ctc is not None:
-            raise SetcmasError('--ctc has its own threshold; remove --threshold')
+            raise ClashError('{} has its own threshold; remove {}', 'ctc', 'threshold')
 
     def found(self, exercise: bool = False) -> CommunicationOptions:
         """Return the same with the file that `ctc` names, or raise SetcmasError."""

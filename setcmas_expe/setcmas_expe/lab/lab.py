@@ -143,7 +143,7 @@ class Lab:
         """Return options with those of the safety filter set as in this lab.
 
         Raises:
-            SetcmasError: They contradict each other.
+            ClashError: They contradict each other.
         """
         return replace(
             others,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.option_groups import Form, Options, flag, option, spelled
+from setcmas_simu.option_groups import ClashError, Form, Options, flag, option
 from setcmas_simu.option_kinds import Number, OneOf
 
 FORMATS = ('png', 'pdf', 'svg')
@@ -47,4 +46,4 @@ class FilmOptions(Options):
     def check(self) -> None:
         """Check that options of films come with --animate."""
         if not self.animate and (changed := list(self.changed())):
-            raise SetcmasError(f'{spelled(changed[0])} is for videos; add --animate')
+            raise ClashError('{} is for videos; add {}', changed[0], 'animate')

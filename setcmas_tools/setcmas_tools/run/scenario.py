@@ -22,7 +22,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, file_errors, it_must_be
 from setcmas_simu.fleet.fleet import format_per_robot
 from setcmas_simu.fleet.start_poses import parse_pose_option, poses_of_array
-from setcmas_simu.option_groups import Option, Options, option, plain, spelled
+from setcmas_simu.option_groups import ClashError, Option, Options, option, plain
 from setcmas_simu.option_kinds import DURATION
 from setcmas_simu.robots.models_by_name import NO_LIMITS, check_models, model_names
 from setcmas_simu.simulation_options import ClockOptions, RobotOptions
@@ -137,9 +137,9 @@ class Scenario:
             raise content.error('there is no control law; add algo, such as algo: consensus')
         try:
             scenario = (base or cls(law=LawOptions(algo=given.get('algo', ''))))._with(given)
-        except SetcmasError as error:
-            named = (entry for name, entry in entries.items() if spelled(name) in str(error))
-            raise next(named, content).error(str(error)) from None
+        except ClashError as error:
+            named = next((entries[name] for name in error.names if name in entries), content)
+            raise named.error(str(error)) from None
         for name, check in scenario._checks().items():
             if name in given and has_files:
                 with entries[name].located():
@@ -152,7 +152,7 @@ class Scenario:
         poses = given.get('poses')
         if poses is not None and not isinstance(poses, (Path, Mapping)):
             if given.get('random_poses'):
-                raise SetcmasError('--poses and --random-poses both say where robots start')
+                raise ClashError('{} and {} both say where robots start', 'poses', 'random_poses')
             nb_robots = given.get('nb_robots', self.robots.nb_robots) or 1
             given['poses'] = poses_of_array(poses, nb_robots)
         return self._with(given)

@@ -56,7 +56,7 @@ def test_between_two_states_of_the_robots_laws_see_the_older_one_and_command_the
         ({'limits': 'segway'}, "limits is 'segway'; it must be ideal, burger or waffle"),
         ({'loss': 1.1}, r'loss is 1\.1; it must be from 0 to 1'),
         ({'pose': 5}, 'pose is 5; it must be a text'),
-        ({'ctc': lambda: 0}, '--ctc needs --event-triggered; add it'),
+        ({'ctc': lambda: 0}, 'ctc needs event_triggered; add it'),
     ],
 )
 def test_arguments_are_checked_as_options_and_reported_as_arguments(arguments, message):

@@ -77,7 +77,7 @@ def test_what_no_file_can_hold_is_refused_by_name(square, values, message):
     [
         ('loss:', 'lost:', 7, 'did you mean loss'),
         ('loss: 1e-1', 'loss: 2', 7, 'loss is 2; it must be from 0 to 1'),
-        ('loss: 1e-1', 'threshold: 2', 7, '--threshold needs --event-triggered'),
+        ('loss: 1e-1', 'threshold: 2', 7, 'threshold needs event_triggered'),
         ('loss: 1e-1', 'graph: rng', 7, 'did you mean ring'),
         ('loss: 1e-1', 'model: brger', 7, 'did you mean burger'),
         ('loss: 1e-1', 'emulate: 1', 7, 'must be true or false'),
