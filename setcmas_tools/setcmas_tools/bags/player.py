@@ -67,7 +67,7 @@ def played_topics(bag: Bag) -> tuple[dict[BagTopic, Any], list[str]]:
     left_out: defaultdict[str, list[str]] = defaultdict(list)
     for topic in bag.topics:
         if not is_shown(topic.name, topic.msgtype):
-            left_out['robots or other programs may act on them'].append(topic.name)
+            left_out['only poses, communication and drawings are'].append(topic.name)
         elif any(topic.name == other.name for other in classes):
             left_out['recorded with two types'].append(topic.name)
         else:

@@ -46,9 +46,16 @@ BAG_ENDINGS = ('.mcap', '.db3', '.bag')
 
 
 def stem_of_bag(bag: Path) -> str:
-    """Return the prefix of the names of a bag's files; none for a folder named `bag`."""
+    """Return the prefix of the names of a bag's files; none for a folder named `bag`.
+
+    It has the ending of a file next to other bags of its name, such as lab.bag and lab.mcap.
+    """
     bag = bag.resolve()
-    return '' if bag.name == 'bag' else f'{bag.stem if bag.is_file() else bag.name}_'
+    if bag.name == 'bag':
+        return ''
+    others = (bag.with_suffix(ending) for ending in ('', *BAG_ENDINGS))
+    is_alone = sum(other.exists() for other in others) == 1
+    return f'{bag.stem if bag.is_file() and is_alone else bag.name}_'
 
 
 @dataclass(frozen=True)

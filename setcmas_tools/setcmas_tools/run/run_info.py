@@ -213,5 +213,5 @@ def read_info(folder: Path) -> RunInfo | None:
     except msgspec.ValidationError as error:
         raise SetcmasError(f"'{path}' is damaged: {error}") from error
     if info.scenario:
-        Scenario.read(content.value[OF_RUN], has_files=False)
+        Scenario.recorded(content.value[OF_RUN], has_files=False)
     return info

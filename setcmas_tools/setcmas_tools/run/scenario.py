@@ -108,8 +108,19 @@ class Scenario:
         """
         content = read_entries(Path(path))
         if isinstance(content.value, dict) and OF_RUN in content.value:
-            return cls.read(content.value[OF_RUN])
+            return cls.recorded(content.value[OF_RUN])
         return cls.read(content)
+
+    @classmethod
+    def recorded(cls, content: Entry, has_files: bool = True) -> Scenario:
+        """Do the same as `read` for the entry of a run, maybe of an earlier version of setcmas.
+
+        Values that this version does not have are left out.
+        """
+        values = content.value
+        if isinstance(values, dict):
+            values = {k: one for k, one in values.items() if k in ('version', *options())}
+        return cls.read(replace(content, value=values), has_files=has_files)
 
     @classmethod
     def read(

@@ -99,6 +99,8 @@ def sweep(
         raise StartError(UNGUARDED)
     jobs, timeout = options.pop('jobs', None), options.pop('timeout', 60.0)
     Whole(1).check('seeds', seeds)
+    if jobs is not None:
+        Whole(1).check('jobs', jobs)
     DURATION.check('timeout', timeout)
     sizes = {'nb_robots': nb_robots, 'duration': duration}
     options |= {name: value for name, value in sizes.items() if value is not None}

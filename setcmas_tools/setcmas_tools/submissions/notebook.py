@@ -16,7 +16,7 @@ from setcmas_simu.errors import SetcmasError
 _TRANSPARENT = ('%%time', '%%capture', '%%writefile')  # the rest of the cell is ordinary code
 # With the lines that a backslash joins to it; or a question for help.
 _MAGIC = re.compile(
-    r'^([ \t]*)(?:(?:[\w., \t]+=[ \t]*[%!]|[%!?])(?:\\\n|[^\n])*|[^\n#\'"]*\?[ \t]*)$',
+    r'^([ \t]*)(?![ \t])(?:(?:[\w., \t]+=[ \t]*[%!]|[%!?])(?:\\\n|[^\n])*|[^\n#\'"]*\?[ \t]*)$',
     re.MULTILINE,
 )
 _OF_JUPYTER = {'display', 'get_ipython'}

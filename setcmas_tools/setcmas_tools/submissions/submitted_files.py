@@ -28,6 +28,8 @@ _BROKEN = (
     zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError, OSError,
     ValueError,
 )  # fmt: skip
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""What platforms and computers use; a few bytes of others unpack to many before any limit."""
 
 Files = dict[PurePosixPath, bytes | str]
 """Files by path: their content, or, as a text, why they cannot be read."""
@@ -78,10 +80,8 @@ def _unpacked(files: Files) -> Iterator[tuple[PurePosixPath, bytes | str]]:
             continue
         try:
             with zipfile.ZipFile(BytesIO(content)) as archive:
-                for inside, read in _in_zip(archive):
-                    is_nested = inside.suffix == '.zip'
-                    reason = f'{inside.name} is a zip file in a zip file; hand in its files'
-                    yield path / inside, reason if is_nested else read
+                for inside, read in _in_zip(archive, is_submission=True):
+                    yield path / inside, read
         except _BROKEN:
             yield path, f'{path.name} is damaged or has a password'
 
@@ -127,15 +127,24 @@ def _content_of(file: Path, path: PurePosixPath) -> bytes | str:
         return f'{path.name} cannot be read: {error.strerror}'
 
 
-def _in_zip(archive: zipfile.ZipFile) -> Iterator[tuple[PurePosixPath, bytes | str]]:
-    """Yield the files of a zip file."""
+def _in_zip(
+    archive: zipfile.ZipFile, is_submission: bool = False
+) -> Iterator[tuple[PurePosixPath, bytes | str]]:
+    """Yield the files of a zip file; nothing is unpacked that does not count."""
     for info in sorted(archive.infolist(), key=lambda one: one.filename):
         path = _cleaned_path(info.filename)
         if not path or info.is_dir():
             continue
         try:
-            with archive.open(info) as file:
-                yield path, _checked(file.read(_largest_size(path) + 1), path)
+            if info.compress_type not in _METHODS:
+                yield path, f'{path.name} is compressed in an unusual way; zip it as "deflate"'
+            elif path.suffix == '.zip' and is_submission:
+                yield path, f'{path.name} is a zip file in a zip file; hand in its files'
+            elif info.file_size > _largest_size(path):
+                yield path, _too_large(path)
+            else:
+                with archive.open(info) as file:
+                    yield path, _checked(file.read(_largest_size(path) + 1), path)
         except _BROKEN:
             yield path, f'{path.name} is damaged or has a password'
 
@@ -161,6 +170,10 @@ def _checked(content: bytes, path: PurePosixPath) -> bytes | str:
         return f'the path of {path.name[:50]} is too long'
     if len(content) <= _largest_size(path):
         return content
+    return _too_large(path)
+
+
+def _too_large(path: PurePosixPath) -> str:
     return f'{path.name} is larger than {_largest_size(path) >> 20} MB'
 
 

@@ -58,7 +58,8 @@ def test_everything_but_commands_is_played_and_nothing_is_lost(start, peer, reco
     assert player.wait() == 0
     assert [message.pose.pose.position.x for message in odometry] == list(range(NB_MESSAGES))
     assert (
-        'not played: /tb3_1/cmd_vel (robots or other programs may act on them)' in player.output()
+        'not played: /tb3_1/cmd_vel (only poses, communication and drawings are)'
+        in player.output()
     )
 
 
@@ -102,7 +103,7 @@ def test_omissions_are_reported(tmp_path, write_bag, make):
     assert notes == [
         'not played: /tb3_1/links (recorded with two types)',
         'not played: /tb3_1/message (no Python package lab_msgs with it is installed)',
-        'not played: /tb3_1/reset (robots or other programs may act on them)',
+        'not played: /tb3_1/reset (only poses, communication and drawings are)',
     ]
 
 

@@ -110,6 +110,8 @@ def test_lateness_costs_nothing_where_there_is_no_grade_yet(corrected):
         (one_of('student: 777, add: 1').replace('author: Ann\n', ''), 1, 'author is missing'),
         (LATE.replace('12345', 'Bob'), 6, "no student 'Bob'"),
         (LATE.replace('per_day: 1', ''), 3, 'late has no per_day'),
+        (LATE.replace('1\n', 'ten\n'), 4, "late.per_day is 'ten'; it must be a number"),
+        (LATE.replace('org: 2', 'org: 2026-11-20'), 6, 'a whole number'),
         (one_of('student: 777, criterion: All meet, add: 1'), 4, 'add belongs to no criterion'),
         ('curve: {scale: 1.1}', 1, "there is no key 'curve'"),
     ],

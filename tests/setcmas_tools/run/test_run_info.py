@@ -10,6 +10,7 @@ from setcmas_tools.run.run_info import (
     this_origin,
     write_info,
 )
+from setcmas_tools.run.scenario import Scenario
 
 INFO = RunInfo(
     ['setcmas', 'run'],
@@ -39,6 +40,19 @@ def test_the_origin_names_packages_and_plugins(monkeypatch):
     assert origin.versions['my-lab'] == '1.0'
     assert {'numpy', 'rosbags'} < origin.versions.keys()
     this_origin.cache_clear()
+
+
+def test_values_that_this_version_no_longer_has_are_left_out(tmp_path):
+    write_info(INFO, tmp_path)
+    path = tmp_path / 'run.yaml'
+    path.write_text(path.read_text().replace('scenario:\n', 'scenario:\n  lookahead: 0.1\n'))
+
+    assert read_info(tmp_path).seed == INFO.seed
+    (tmp_path / 'inputs/algo').mkdir(parents=True)
+    (tmp_path / 'inputs/algo/law.py').write_text(
+        'def control(i, n, p, t):\n    return K, 0\nK = 1\n'
+    )
+    assert Scenario.load(path).seed == INFO.seed
 
 
 @pytest.mark.parametrize(

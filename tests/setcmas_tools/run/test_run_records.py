@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 from metrics_runs import compute
 
+from setcmas_ctrl.laws.drawing import Sphere
 from setcmas_tools.run.bag_conversion import convert
-from setcmas_tools.run.run_records import Counts, record_of, with_allowed
+from setcmas_tools.run.run_records import (
+    TRAIL,
+    Counts,
+    Drawing,
+    DrawnOverTime,
+    record_of,
+    with_allowed,
+)
 from setcmas_tools.run.run_tables import read_communication, read_tables
 
 CHANGES = [(2.0, 1, 2, 0.0), (0.0, 1, 2, 0.5), (0.0, 2, 1, 1.0)]
@@ -16,6 +24,13 @@ def test_the_graph_of_a_time():
 
     assert record.adjacency(1.0, 2).tolist() == [[0, 0.5], [1, 0]]
     assert record.adjacency(2.0, 3).tolist() == [[0, 0, 0], [1, 0, 0], [0, 0, 0]]
+
+
+def test_a_trail_has_no_drawings_of_later_times():
+    sphere = Sphere(0, 0, 0, 0.1, (1, 0, 0), 1)
+    drawn = DrawnOverTime([Drawing(t, 1, 'traj_ref', TRAIL, sphere) for t in (0.0, 1.0, 2.0)])
+
+    assert [one.t for one in drawn.trails(1.0)] == [0.0, 1.0]
 
 
 @pytest.fixture

@@ -178,9 +178,10 @@ def test_functions_and_what_they_are_called():
         ({'vary': {'loss': [2]}}, 'from 0 to 1'),
         ({'vary': {'graph': ['ring', 'rign']}}, r"graph 'rign'.* did you mean ring"),
         ({'vary': {'nb-robots': [2], 'nb_robots': [3]}}, 'varied twice'),
-        ({'vary': {'threshold': [0.1, 0.2]}}, '--event-triggered'),
+        ({'vary': {'threshold': [0.1, 0.2]}}, 'threshold needs event_triggered'),
         ({'speed': 3}, "has no value 'speed'"),
         ({'seeds': 0}, 'seeds is 0'),
+        ({'jobs': 0}, 'jobs is 0'),
         ({'filter': 'barrier', 'vary': {'min_separation': [0.4, 11.0]}}, 'start 10 m apart'),
     ],
 )

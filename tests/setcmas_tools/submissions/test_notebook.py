@@ -39,6 +39,12 @@ def test_magics_and_runs_are_left_out_and_lines_stay():
         assert left_out not in script
 
 
+def test_a_line_of_blanks_takes_no_longer_than_its_length():
+    blanks = ' ' * 190_000 + '('  # minutes if each blank is tried as the first one
+
+    assert read_notebook(notebook(blanks)).source == f'{blanks}\n'
+
+
 AGAIN = 'def control(i, n, poses, t):\n    return 0, 0'
 OUTPUT = [{'output_type': 'stream', 'text': ['@'], 'data': float('nan')}]
 

@@ -101,6 +101,7 @@ def test_names_in_a_zip_file_are_read_as_each_system_writes_them(tmp_path, modul
         ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB, but at most 200 kB are allowed'),
         ({'law.py': LAW + b'#' * 2_000_000}, 'law.py is larger than 1 MB'),
         ({'law.zip': archive({'law.zip': LAW})}, 'law.zip is a zip file in a zip file'),
+        ({'law.zip': archive({'law.py': LAW}, zipfile.ZIP_LZMA)}, 'in an unusual way'),
         ({'deep.ipynb': b'[' * 10**6}, 'it is not a Jupyter notebook, or it is damaged'),
         ({'law.zip': archive({'law.py': bytes(1 << 28)}, 8)}, 'is larger than 1 MB'),
         ({'law.zip': archive({f'{"a/" * 500}law.py': LAW})}, 'the path of law.py is too long'),
@@ -186,7 +187,7 @@ def test_what_no_disk_holds_is_left_out(tmp_path, path):
 
 def test_a_damaged_file_of_a_class_costs_its_student_alone(tmp_path):
     content = bytearray(archive({'ada/law.py': os.urandom(999), 'bob/law.py': LAW}, 8))
-    content[100:110] = bytes(10)
+    content[40:50] = b'\xff' * 10
     (tmp_path / 'class.zip').write_bytes(content)
 
     ada, bob = read_here(tmp_path / 'class.zip')
