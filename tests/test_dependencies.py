@@ -26,7 +26,7 @@ EXTRAS = {
     'setcmas_ctrl/setcmas_ctrl/safety_filter.py': 'filter',
     'setcmas_expe/setcmas_expe/mocap': 'camera',
     'setcmas_expe/setcmas_expe/pause/joystick.py': 'lab',
-    'setcmas_tools/setcmas_tools/measures/identification.py': 'identify',
+    'setcmas_tools/setcmas_tools/measures/response_fit.py': 'identify',
     'setcmas_tools/setcmas_tools/grade': 'grade',
     'setcmas_tools/setcmas_tools/page/report_file.py': 'report',
     'setcmas_tools/setcmas_tools/plots/film.py': 'test',  # ffmpeg may come from elsewhere

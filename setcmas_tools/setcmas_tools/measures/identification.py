@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from array import array
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -13,10 +12,9 @@ import numpy as np
 from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.identified_robot import (
-    LONGEST_DELAY_S,
     IdentifiedRobot,
     ModelFile,
     Response,
@@ -24,6 +22,7 @@ from setcmas_simu.robots.identified_robot import (
 )
 from setcmas_simu.robots.model import LIMITS, ROBOT_LIMITS, limits_named
 from setcmas_simu.robots.models_by_name import is_model_file
+from setcmas_tools.measures.response_fit import Fit, MeasuredSpeeds, fitted
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.run import Run
 
@@ -32,70 +31,8 @@ WINDOW_S = 0.2
 """Time over which speeds are means: poses that are a little wrong make speeds very wrong."""
 
 _LEAST_WINDOWS = 20
-_LEAST_FIT = 30.0
-"""Percent of the motion that a usable model explains."""
-
-_MOST_GAIN_DOUBT, _MOST_DOUBT_S = 0.1, 0.1
-"""Largest standard errors of a known gain (a share of it), and of a known lag and delay."""
-
-_MOST_EARLY_S = 0.15
-"""Longest lead of a simulated motion to its command: a step at 10 Hz, and jitter."""
-
-_STEP_S = 0.005  # of the simulated response
-_LEAST_LAG_S = 0.002  # below it, a lag cannot be distinguished from a delay
-_LAGS_S = (_LEAST_LAG_S, *np.geomspace(0.02, 1.0, 8).tolist())
-_DELAYS_S = np.arange(-_MOST_EARLY_S, 1.0, 0.05).tolist()
-_SINGULAR = 1e5
-_LEAST_SIGMA = 1e-12  # 0 times a spread without end is no number
 _TWISTS = ('geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist')
 _BY_NEARNESS = (topics.CMD_VEL_GUARDED, topics.CMD_VEL)
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Fitted response of a speed to its command.
-
-    Attributes:
-        response: Gain, lag and delay.
-        errors: Their standard errors.
-        quality: Share of the measured motion that the model explains, in percent.
-    """
-
-    response: Response
-    errors: Response
-    quality: float
-
-    @property
-    def gain_known(self) -> bool:
-        """Whether the run determines the gain."""
-        doubt = self.errors.gain / max(abs(self.response.gain), 1e-9)
-        return self.quality >= _LEAST_FIT and doubt <= _MOST_GAIN_DOUBT
-
-    @property
-    def times_known(self) -> bool:
-        """Whether the run determines lag and delay, too."""
-        return self.gain_known and max(self.errors.lag, self.errors.delay) <= _MOST_DOUBT_S
-
-
-@dataclass
-class MeasuredSpeeds:
-    """Mean speeds of a robot in M windows, and the K commands behind them.
-
-    Attributes:
-        t: Times of the commands in s, sorted, shape (K,); each is held until the next one.
-        u: The commands, shape (K,); zero before the first.
-        begin: Starts of the windows in s, shape (M,).
-        end: Their ends in s, shape (M,).
-        y: The mean speeds, shape (M,).
-        overlap: Number of windows that overlap.
-    """
-
-    t: Floats
-    u: Floats
-    begin: Floats
-    end: Floats
-    y: Floats
-    overlap: float
 
 
 @dataclass(frozen=True)
@@ -196,83 +133,6 @@ def measured_speeds(commands: Floats, track: FleetTable) -> dict[str, MeasuredSp
         name: MeasuredSpeeds(sent, u, t[first], t[last], moved / time, overlap)
         for name, u, moved in ((FORWARD, V, arc), (TURN, omega, 2.0 * half))
     }
-
-
-def fitted(measured: MeasuredSpeeds) -> Fit:
-    """Return the gain, lag and delay with the least squares of errors.
-
-    Speeds are simulated from the commands alone, an output-error model (Ljung, System
-    Identification, 2nd edition, 1999, section 4.2). The best point of a grid of lags and delays,
-    each with the gain of linear least squares, is the start of `scipy.optimize.least_squares`.
-    Standard errors are those of section 9.4, for as many windows as do not overlap; the quality
-    is 1 - |y - model| / |y - mean| (section 16.4 has its square).
-
-    A simulation applies a command to the whole step in which it arrives, so poses may lead the
-    command. The delay is 0 then, and no better known than that lead.
-
-    Args:
-        measured: At least a window.
-
-    Raises:
-        SetcmasError: scipy is missing.
-    """
-    with needs('identify'):
-        from scipy.optimize import least_squares
-
-    y, means = measured.y, _response_of(measured)
-    starts = []
-    for lag in _LAGS_S:
-        for delay in _DELAYS_S:
-            unit = means(1.0, lag, delay)
-            gain = float(unit @ y) / max(float(unit @ unit), 1e-12)
-            starts.append((float(np.sum(np.square(y - gain * unit))), gain, lag, delay))
-    least = (-np.inf, _LEAST_LAG_S, -_MOST_EARLY_S)
-    most = (np.inf, LONGEST_DELAY_S, LONGEST_DELAY_S)
-    found = least_squares(lambda values: means(*values) - y, min(starts)[1:], bounds=(least, most))
-    apart = max(1.0, len(y) - len(found.x) * measured.overlap)
-    sigma = max(np.sqrt(2.0 * found.cost * measured.overlap / apart), _LEAST_SIGMA)
-    gain_error, lag_error, delay_error = (sigma * _spread(found.jac)).tolist()
-    gain, lag, delay = found.x.tolist()
-    spread = float(np.linalg.norm(y - y.mean()))
-    quality = 100.0 * (1.0 - math.sqrt(2.0 * found.cost) / spread) if spread > 0.0 else 0.0
-    errors = Response(gain_error, lag_error, delay_error + max(0.0, -delay))
-    return Fit(Response(gain, lag, max(0.0, delay)), errors, quality)
-
-
-def _response_of(measured: MeasuredSpeeds) -> Callable[[float, float, float], Floats]:
-    """Return a function of gain, lag and delay: the means (M,) of a first-order lag of commands.
-
-    With the speed w, lag w' = u - w, its way is that of u less lag times w.
-    """
-    with needs('identify'):
-        from scipy.signal import lfilter
-
-    last = max(float(measured.end.max()), float(measured.t[-1])) + 2 * _MOST_EARLY_S
-    changes = np.append(measured.t, last)
-    grid = np.arange(changes[0], last, _STEP_S)
-    way = np.interp(grid, changes, np.append(0.0, np.cumsum(np.diff(changes) * measured.u)))
-    commands = np.diff(way) / _STEP_S
-
-    def means(gain: float, lag: float, delay: float) -> Floats:
-        share = math.exp(-_STEP_S / lag)
-        speeds = np.append(0.0, lfilter([1.0 - share], [1.0, -share], commands))
-        first, end = (
-            np.interp(times - delay, grid, way - lag * speeds)
-            for times in (measured.begin, measured.end)
-        )
-        result: Floats = gain * (end - first) / (measured.end - measured.begin)
-        return result
-
-    return means
-
-
-def _spread(J: Floats) -> Floats:
-    """Return the standard errors for errors of 1 in the speeds, infinite if J is singular."""
-    sizes = np.linalg.norm(J, axis=0)
-    if not sizes.all() or np.linalg.cond(J / sizes) > _SINGULAR:
-        return np.full(J.shape[1], np.inf)
-    spread: Floats = np.sqrt(np.diag(np.linalg.inv(J.T @ J)))
-    return spread
 
 
 def _responses(fits: Mapping[str, Fit]) -> dict[str, Response] | None:
