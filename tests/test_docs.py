@@ -63,7 +63,8 @@ def test_each_law_and_exercise_can_be_tried(site):
         linked = re.findall(
             f'href="try/index.html#{kind}=(\\w+)"', (site / f'{page}.html').read_text()
         )
-        known = [one['name'] for one in catalogue[f'{kind}s']]
+        keys = [one['key'].partition(':') for one in catalogue['sources']]
+        known = [name for of, _, name in keys if of == kind]
         assert sorted(linked) == sorted(known), page
     assert 'href="try/index.html"' in (site / 'index.html').read_text()
 
