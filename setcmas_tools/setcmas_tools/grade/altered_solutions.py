@@ -112,8 +112,9 @@ class Calls:
         t: Times of the calls in s.
         own: Answers of the submission; velocities after saturation.
         limit: Largest speed in m/s; inf unless answers are velocities.
-        heading: Heading of the robot at each call in rad; its distance from the position that it
-            sent last in m, for conditions. Shape (calls, N).
+        heading: Heading of the robot at each call in rad, shape (calls, N); 0 for conditions.
+        distance_to_sent: Distance of the robot from the position that it sent last, in m, for
+            conditions; shape (calls, N).
         may_differ: Share of the calls in which equal laws may differ.
         answers: Answers of the solution and of altered ones that are not out, by name.
         values: Values of the constants.
@@ -125,6 +126,7 @@ class Calls:
     own: Floats
     limit: float
     heading: Floats
+    distance_to_sent: Floats
     may_differ: float
     answers: dict[str, Floats] = field(default_factory=dict)
     values: dict[str, float] = field(default_factory=dict)
@@ -152,8 +154,13 @@ class Calls:
     def of_robots(self, which: NDArray[np.bool_]) -> Calls:
         """Return the calls of some of the robots; which has the shape (N,)."""
         answers = {name: each[:, which] for name, each in self.answers.items()}
-        heading = self.heading[:, which]
-        return replace(self, own=self.own[:, which], heading=heading, answers=answers)
+        return replace(
+            self,
+            own=self.own[:, which],
+            heading=self.heading[:, which],
+            distance_to_sent=self.distance_to_sent[:, which],
+            answers=answers,
+        )
 
     def differs(self, answers: Floats) -> NDArray[np.bool_]:
         """Return where answers differ from those of the submission, shape (calls, N)."""
@@ -184,7 +191,8 @@ def calls_of(
     own = np.stack([one[:, 1:] for one in rows], axis=1)
     limit = base.law.vnom if function is Function.CONTROL else np.inf
     may_differ = _MAY_DIFFER[function]
-    calls = Calls(name, base, rows[0][:, 0], own, limit, np.zeros(own.shape[:2]), may_differ)
+    heading, distance_to_sent = np.zeros(own.shape[:2]), np.zeros(own.shape[:2])
+    calls = Calls(name, base, rows[0][:, 0], own, limit, heading, distance_to_sent, may_differ)
     replays = [_Replayed(one, calls, function) for one in altered if not one.is_out]
     sent = {(one.robot, round(one.t, 6)): one.value for one in run.messages}
     repeated = {
@@ -250,7 +258,8 @@ class _Replayed:
         except Exception:  # it fails where the submission does not
             self.altered.is_out = True
             return
-        answer = [*answer, 0.0][:2]  # a condition has one number
+        if self._function is Function.CONDITION:
+            answer = (*answer, 0.0)
         self.answers[call, robot - 1] = answer
         if not self.altered.is_kept:
             own = self._calls.own[call, robot - 1]
@@ -288,10 +297,10 @@ def _repeating(
         call, is_law = next(numbers), function is Function.CONTROL
         if function is Function.CONDITION:
             pos, _, last_pos, *_ = given
-            heading = np.hypot(*(pos - last_pos)[:2])
+            calls.distance_to_sent[call, robot - 1] = np.hypot(*(pos - last_pos)[:2])
         else:
             heading = given[0][2, robot - 1] if is_law else given[1][2]
-        calls.heading[call, robot - 1] = heading
+            calls.heading[call, robot - 1] = heading
         with network.exchanged_by(Mailbox(given[1], network.contents()) if is_law else None):
             for one in replays:
                 one.answer(robot, call, *given)

@@ -25,10 +25,15 @@ from setcmas_tools.grade.generic_mistakes import (
     YOURS,
     Explanation,
     fixed_length,
+    generic_conditions,
+    generic_conversions,
     generic_laws,
     named_multiple,
     other_constant,
+    other_distance,
+    other_turn_rate,
     plain_multiple,
+    same_times,
     scaled_part,
     times_too,
     tried,
@@ -76,14 +81,17 @@ def _explanation(
     of all robots before those of some.
     """
     groups: list[Iterable[Explanation]] = [_listed(calls, mistakes)]
-    if function is Function.CONTROL:
+    if function is Function.CONDITION:
+        groups += [generic_conditions(calls), other_distance(calls), same_times(calls)]
+    elif function is Function.SI_TO_UNI:
+        groups += [generic_conversions(calls), _terms(calls, mistakes, 'si_to_uni')]
+        groups += [other_turn_rate(calls)]
+    else:
         groups += [generic_laws(calls), named_multiple(calls), other_constant(calls)]
         groups += [_terms(calls, mistakes, 'law'), plain_multiple(calls), fixed_length(calls)]
         groups += [
             _some_robots(calls, each) for each in (generic_laws, plain_multiple, fixed_length)
         ]
-    else:
-        groups += [_terms(calls, mistakes, function.value)]
     return next(filter(None, (_best_hint(calls, group) for group in groups)), '')
 
 
@@ -178,7 +186,7 @@ def _difference(calls: Calls, call: int, robot: int, function: Function) -> str:
     right = saturated(calls.solution[call, robot], calls.limit)
     if function is Function.CONDITION:
         does = 'sends' if own[0] else 'does not send'
-        text = f'it {does} {calls.heading[call, robot]:.2g} m from the last position sent'
+        text = f'it {does} {calls.distance_to_sent[call, robot]:.2g} m from the last position sent'
     elif function is Function.SI_TO_UNI:
         text = _answers('it returns', 'answer', 'V = {:.2g} m/s, omega = {:.2g} rad/s', own, right)
     else:

@@ -1,4 +1,4 @@
-"""Generic mistakes of laws, and which of them reproduce a submission."""
+"""Generic mistakes of laws, conditions and si_to_uni, and which of them reproduce a submission."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.altered_solutions import (
@@ -23,6 +24,7 @@ _LEFT = 0.1
 _FEWEST = 10  # calls to estimate a factor from
 EQUAL = 0.02  # relative difference of factors
 _SMALLEST = 1e-4  # factor; smaller ones are as good as 0
+_AT_ONCE_M = 0.006  # at 0.1 m/s after less than a step
 
 YOURS = 'Your velocities'
 """First words of hints about velocities; also those of some of the robots."""
@@ -54,12 +56,46 @@ SAME_TIME = (
     'Your law always returns the velocity that is right at t = 0. Does it use t, the last '
     'argument of control?'
 )
-FACTORS: dict[str, Callable[[Any], Any]] = {
+COMMANDS: tuple[tuple[str, list[list[int]]], ...] = (
+    ('Your turn rate has the wrong sign; V is right.', [[1, 0], [0, -1]]),
+    ('Your V has the wrong sign; the turn rate is right.', [[-1, 0], [0, 1]]),
+    ('Your V and your turn rate both have the wrong sign.', [[-1, 0], [0, -1]]),
+    ('You return the turn rate first: return V, omega, in this order.', [[0, 1], [1, 0]]),
+    ('Your robots never turn: your turn rate is always zero.', [[1, 0], [0, 0]]),
+    ('Your robots turn, but your V is always zero.', [[0, 0], [0, 1]]),
+    ('Your robots do not move: V and the turn rate are always zero.', [[0, 0], [0, 0]]),
+)
+"""What V and omega are, and the matrix that makes them of the right ones."""
+
+CONDITIONS: tuple[tuple[str, Callable[[Floats], Floats]], ...] = (
+    (
+        'Your condition always holds, so the robots send every time. Is the comparison the right '
+        'way round?',
+        np.ones_like,
+    ),
+    (
+        'Your condition never holds, so the robots send only their first state. Does it compare p '
+        'with p_sent, in m?',
+        np.zeros_like,
+    ),
+    ('Your condition is the opposite of the right one: check the comparison.', lambda x: 1 - x),
+)
+"""What a condition does, and the function that makes its answers of the right ones."""
+
+MOVED_AT_ALL = (
+    'Your condition holds as soon as the robot has moved at all. Do you compare the distance with '
+    'THRESHOLD?'
+)
+SAME_TIMES = (
+    'Your condition holds for all robots at the same times, wherever they are. Compare the '
+    'distance to p_sent, not the time.'
+)
+FACTORS: dict[str, Callable[[float], float]] = {
     'N': lambda n: n,
     'N-1': lambda n: n - 1,
     'N/(N-1)': lambda n: n / (n - 1),
     'N squared': lambda n: n * n,
-    '180/pi': lambda n: 180 / math.pi + 0 * n,
+    '180/pi': lambda _: 180 / math.pi,
 }
 """Factors by name, above 1, for fleets of N robots; they multiply or divide."""
 
@@ -139,6 +175,69 @@ def generic_laws(calls: Sequence[Calls]) -> Iterator[Explanation]:
         yield from tried(POLAR, calls, returned, is_multiple=True)
 
 
+def generic_conditions(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition that always or never holds, or is the opposite."""
+    for hint, changed in CONDITIONS:
+        found = [*tried(hint, calls, [_sending(changed(one.solution[..., 0])) for one in calls])]
+        if found:  # the first that fits counts
+            yield from found
+            return
+
+
+def other_distance(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition with another distance than the right one."""
+    distances = np.concatenate([one.distance_to_sent.ravel() for one in calls])
+    sends = np.concatenate([one.own[..., 0].ravel() for one in calls]) == 1
+    if not sends.any() or sends.all():
+        return
+    least = float(distances[sends].min())
+    right = min(
+        one.distance_to_sent[one.solution[..., 0] == 1].min(initial=np.inf) for one in calls
+    )
+    wanted = (
+        f'it must hold only beyond {right:.2g} m' if math.isfinite(right) else 'that is too early'
+    )
+    hint = (
+        f'Your condition holds as soon as the robot is {least:.2g} m away from the last position '
+        f'sent; {wanted}. Check THRESHOLD and its unit.'
+    )
+    answers = [_sending(one.distance_to_sent >= least) for one in calls]
+    yield from tried(MOVED_AT_ALL if least < _AT_ONCE_M else hint, calls, answers)
+
+
+def same_times(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a condition that holds for all robots at the same times."""
+    answers = [
+        np.broadcast_to(np.median(one.own, axis=1, keepdims=True), one.own.shape) for one in calls
+    ]
+    if all(one.own.shape[1] > 2 for one in calls):
+        yield from tried(SAME_TIMES, calls, answers)
+
+
+def _sending(holds: NDArray[Any]) -> Floats:
+    """Return the answers of a condition that holds or not at each call of each robot."""
+    return np.stack([holds, np.zeros(holds.shape)], -1)
+
+
+def generic_conversions(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield explanations of a si_to_uni whose V and omega are swapped, zero, or of wrong sign."""
+    for hint, matrix in COMMANDS:
+        answers = [one.solution @ np.transpose(matrix) for one in calls]
+        yield from tried(hint, calls, answers, is_multiple=True)
+
+
+def other_turn_rate(calls: Sequence[Calls]) -> Iterator[Explanation]:
+    """Yield the explanation of a si_to_uni whose turn rate is wrong by a factor."""
+    speeds = [one.solution * (1.0, 0.0) for one in calls]
+    turn_rates = [one.solution * (0.0, 1.0) for one in calls]
+    yield from scaled_part(_turn_rate_hint, calls, speeds, turn_rates)
+
+
+def _turn_rate_hint(factor: float) -> str:
+    sign = ' and has the wrong sign' if factor < 0 else ''
+    return f'V is right, but your turn rate is {times_too(abs(factor))}{sign}.'
+
+
 def times_too(size: float) -> str:
     """Return by which factor something is too large or too small, such as '3 times too large'."""
     return f'{size:.3g} times too large' if size > 1 else f'{1 / size:.3g} times too small'
@@ -146,12 +245,14 @@ def times_too(size: float) -> str:
 
 def named_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield explanations by a factor of the velocities that has a name."""
-    factors = np.array([_factor(one, 0.0 * one.solution, one.solution) for one in calls])
-    sizes, known = np.array([float(one.scenario.nb_robots) for one in calls]), np.isfinite(factors)
+    factors = np.array([_multiple(one, one.own, one.solution) for one in calls])
+    sizes = np.array([one.scenario.nb_robots for one in calls])
+    known = np.isfinite(factors)
     if not known.any() or sizes.min() < 2:
         return
     for name, of_size in FACTORS.items():
-        for wanted in (of_size(sizes), 1.0 / of_size(sizes)):
+        large = np.array([of_size(size) for size in sizes])
+        for wanted in (large, 1.0 / large):
             if _are_equal(factors[known], wanted[known]):
                 names = [name, ', where N is the number of robots'] if 'N' in name else [name, '']
                 if 'N' in name and len({*sizes[known]}) == 1:
@@ -162,8 +263,7 @@ def named_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
 
 def plain_multiple(calls: Sequence[Calls]) -> Iterator[Explanation]:
     """Yield the explanation by any factor of the velocities, the same in all scenarios."""
-    right = [one.solution for one in calls]
-    for factor in _shared_factor(calls, [0.0 * one for one in right], right):
+    for factor in _shared([_multiple(one, one.own, one.solution) for one in calls]):
         size = abs(factor)
         yield from _by_factors(calls, [factor] * len(calls), f'{max(size, 1 / size):.3g}')
 
@@ -210,17 +310,15 @@ def scaled_part(
 
     `hint_of` returns the hint for a factor.
     """
-    for factor in (*further, *_shared_factor(calls, rest, part)):
+    factors = [_factor(*each) for each in zip(calls, rest, part, strict=True)]
+    for factor in (*further, *_shared(factors)):
         answers = [one + factor * other for one, other in zip(rest, part, strict=True)]
         yield from tried(hint_of(factor), calls, answers, is_multiple)
 
 
-def _shared_factor(
-    calls: Sequence[Calls], rest: Sequence[Floats], part: Sequence[Floats]
-) -> list[float]:
-    """Return the x for which all submissions are rest + x * part, unless it varies or is 0."""
-    found = np.array([_factor(*each) for each in zip(calls, rest, part, strict=True)])
-    known = found[np.isfinite(found)]
+def _shared(factors: Sequence[float]) -> list[float]:
+    """Return the factor that those of all scenarios are, unless it varies, is 0 or unknown."""
+    known = np.array(factors)[np.isfinite(factors)]
     is_one = known.size and abs(known[0]) > _SMALLEST and _are_equal(known, known[0])
     return [float(known[0])] if is_one else []
 
@@ -230,16 +328,23 @@ def _factor(calls: Calls, rest: Floats, part: Floats) -> float:
 
     Where the submission is saturated, only its direction is known.
     """
-    moves = np.hypot(part[..., 0], part[..., 1]) > CLOSE / 10
-    free = calls.is_free & moves
-    if free.sum() >= _FEWEST:
-        own, along = calls.own[free] - rest[free], part[free]
-        return float(np.median((own * along).sum(-1) / (along * along).sum(-1)))
+    found = _multiple(calls, calls.own - rest, part)
+    if math.isfinite(found):
+        return found
     across = _cross(calls.own, part)
     known = calls.is_known & (np.abs(across) > CLOSE * calls.limit)
     if known.sum() < _FEWEST:
         return math.nan
     return float(np.median(-_cross(calls.own, rest)[known] / across[known]))
+
+
+def _multiple(calls: Calls, vectors: Floats, part: Floats) -> float:
+    """Return the x for which vectors are x * part where no answer is saturated; NaN if unknown."""
+    free = calls.is_free & (np.hypot(part[..., 0], part[..., 1]) > CLOSE / 10)
+    if free.sum() < _FEWEST:
+        return math.nan
+    own, along = vectors[free], part[free]
+    return float(np.median((own * along).sum(-1) / (along * along).sum(-1)))
 
 
 def _cross(first: Floats, second: Floats) -> Floats:

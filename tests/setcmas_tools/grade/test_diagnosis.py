@@ -47,23 +47,51 @@ scenarios:
     duration: 2
     criteria: [{metric: path_error, at_most: 0.01, hint: SECRET}]
 """
+CTC = """\
+def ctc(pos, last_pos, t):
+    gone = sum((pos - last_pos) ** 2) ** 0.5
+    return gone > 0.25
+"""
+SI_TO_UNI = """\
+from math import cos, sin
+
+
+def si_to_uni(velocity, pose, komega):
+    (vx, vy), theta = velocity, pose[2]
+    V = vx * cos(theta) + vy * sin(theta)
+    omega = (vy * cos(theta) - vx * sin(theta)) / 0.2
+    return V, omega
+"""
+BARE_RUBRIC = """\
+solution: right.py
+function: {}
+scenarios:
+  - name: five
+    algo: consensus
+    nb_robots: 5
+    duration: 25
+    vnom: 0.47
+    random_poses: auto
+    seed: 2
+    criteria: [{{metric: answer_error, at_most: 0.02, hint: Read the formula.}}]
+"""
 
 
 @pytest.fixture
 def hints(tmp_path):
-    """A function that returns the hints for a law with some of its text replaced."""
-    (tmp_path / 'right.py').write_text(LAW)
+    """A function that returns the hints for a right solution with some of its text replaced."""
 
-    def hints(*replaced, rubric=RUBRIC):
+    def hints(*replaced, rubric=RUBRIC, right=LAW):
+        (tmp_path / 'right.py').write_text(right)
         (tmp_path / 'r.yaml').write_text(rubric)
-        text = LAW
+        text = right
         for old, new in replaced:
             assert old in text
             text = text.replace(old, new)
         script = tmp_path / 'law.py'
         script.write_text(text)
-        run = runs_here(str(script))
-        marks = mark(read_rubric(tmp_path / 'r.yaml'), run, Submission('', Student('')))
+        read = read_rubric(tmp_path / 'r.yaml')
+        marks = mark(read, runs_here(str(script), read.function), Submission('', Student('')))
         return [one.hint for each in marks.scenarios for one in each.criteria if one.hint]
 
     return hints
@@ -92,6 +120,51 @@ def test_a_mistake_is_explained_by_the_run_that_it_reproduces(hints, old, new, s
     [hint] = hints((old, new))
     assert said in hint
     assert 'formula' not in hint
+
+
+def test_an_angle_in_degrees_gives_a_factor_of_180_over_pi(hints):
+    slow = LAW.replace('K = 0.5', 'K = 0.005')
+    [hint] = hints(('K / nbRobots', 'np.degrees(K) / nbRobots'), right=slow)
+    assert hint == 'Your velocities have the right directions, but are 180/pi times too large.'
+
+
+@pytest.mark.parametrize(
+    ('new', 'said'),
+    [
+        ('True', 'always holds'),
+        ('False', 'never holds'),
+        ('gone > 25', 'never holds'),
+        ('gone > 0', 'as soon as the robot has moved at all'),
+        ('t % 1 < 0.1', 'for all robots at the same times'),
+        ('gone > 1', 'is 1 m away from the last position sent; it must hold only beyond 0.25 m'),
+        ('gone > 0.15', 'is 0.15 m away from the last position sent; that is too early'),
+    ],
+)
+def test_mistakes_of_a_condition_are_recognised_without_a_list(hints, new, said):
+    [hint] = hints(('gone > 0.25', new), rubric=BARE_RUBRIC.format('ctc'), right=CTC)
+    assert said in hint
+
+
+def test_a_condition_that_is_the_opposite_of_the_right_one_is_recognised(hints):
+    right = CTC.replace('gone > 0.25', 't > 10')
+    [hint] = hints(('t > 10', 't <= 10'), rubric=BARE_RUBRIC.format('ctc'), right=right)
+    assert hint == 'Your condition is the opposite of the right one: check the comparison.'
+
+
+@pytest.mark.parametrize(
+    ('new', 'said'),
+    [
+        ('0, 0', 'V and the turn rate are always zero'),
+        ('V, 0', 'never turn'),
+        ('-V, omega', 'V has the wrong sign; the turn rate is right'),
+        ('omega, V', 'You return the turn rate first'),
+        ('V, -3 * omega', 'your turn rate is 3 times too large and has the wrong sign.'),
+    ],
+)
+def test_mistakes_of_a_si_to_uni_are_recognised_without_a_list(hints, new, said):
+    rubric = BARE_RUBRIC.format('si_to_uni')
+    [hint] = hints(('return V, omega', f'return {new}'), rubric=rubric, right=SI_TO_UNI)
+    assert said in hint
 
 
 def test_what_nothing_explains_is_measured_and_the_lecturers_own_hint_follows(hints):
