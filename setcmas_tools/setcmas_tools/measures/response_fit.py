@@ -23,7 +23,6 @@ _MOST_EARLY_S = 0.15
 
 _DELAYS_S = np.arange(-_MOST_EARLY_S, 1.0, 0.025)
 _SINGULAR = 1e5
-_LEAST_SIGMA = 1e-12  # 0 times a spread without end is no number
 
 
 @dataclass(frozen=True)
@@ -113,8 +112,8 @@ def fitted(measured: MeasuredSpeeds) -> Fit:
     Speeds are simulated from the commands alone, an output-error model (Ljung, System
     Identification, 2nd edition, 1999, section 4.2). The best point of a grid of lags and delays,
     each with the gain of linear least squares, is the start of `scipy.optimize.least_squares`.
-    Standard errors are those of section 9.4, for as many windows as do not overlap; the quality
-    is 1 - |y - model| / |y - mean| (section 16.4 has its square).
+    Standard errors are at least those of section 9.4, for as many windows as do not overlap; the
+    quality is 1 - |y - model| / |y - mean| (section 16.4 has its square).
 
     A simulation applies a command to the whole step in which it arrives, so poses may lead the
     command. The delay is 0 then, and no better known than that lead.
@@ -163,15 +162,24 @@ def _nearest(measured: MeasuredSpeeds, start: Response) -> tuple[Response, Respo
         [start.gain, start.lag, start.delay],
         bounds=([-np.inf, 0.0, -_MOST_EARLY_S], [np.inf, LONGEST_DELAY_S, LONGEST_DELAY_S]),
     )
-    apart = max(1.0, len(measured.y) - len(found.x) * measured.overlap)
-    sigma = max(np.sqrt(2.0 * found.cost * measured.overlap / apart), _LEAST_SIGMA)
-    return Response(*found.x.tolist()), Response(*(sigma * _spread(found.jac)).tolist())
+    errors = _standard_errors(found.jac, found.fun, measured)
+    return Response(*found.x.tolist()), Response(*errors.tolist())
 
 
-def _spread(J: Floats) -> Floats:
-    """Return the standard errors for errors of 1 in the speeds, infinite if J is singular."""
+def _standard_errors(J: Floats, e: Floats, measured: MeasuredSpeeds) -> Floats:
+    """Return the standard errors for the residuals e, infinite if the Jacobian J is singular.
+
+    What the model leaves out is not noise: it is large in some manoeuvres and small in others. So
+    the variances are at least those of residuals that depend on each other within each second
+    (White, Econometrica 48, 1980, with sums over clusters).
+    """
     sizes = np.linalg.norm(J, axis=0)
     if not sizes.all() or np.linalg.cond(J / sizes) > _SINGULAR:
         return np.full(J.shape[1], np.inf)
-    spread: Floats = np.sqrt(np.diag(np.linalg.inv(J.T @ J)))
-    return spread
+    inverse = np.linalg.inv(J.T @ J)
+    apart = max(1.0, len(e) - J.shape[1] * measured.overlap)
+    noise = float(e @ e) * measured.overlap / apart * np.diag(inverse)
+    seconds = np.unique(np.floor(measured.begin), return_index=True)[1]
+    scores = np.add.reduceat(J * e[:, np.newaxis], seconds) @ inverse
+    errors: Floats = np.sqrt(np.maximum(noise, np.sum(np.square(scores), axis=0)))
+    return errors

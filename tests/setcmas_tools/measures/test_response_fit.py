@@ -9,9 +9,9 @@ from setcmas_tools.measures.response_fit import MeasuredSpeeds, fitted
 RATE_HZ = 50.0
 
 
-def measured(response, changes, noise=0.0, seconds=40.0):
+def measured(response, changes, noise=0.0, seconds=40.0, seed=1):
     """Return windows of 0.2 s of a speed that answers random steps, from its own integration."""
-    rng = np.random.default_rng(1)
+    rng = np.random.default_rng(seed)
     t = np.arange(0.0, seconds, seconds / changes) + 0.1
     u = rng.uniform(-0.2, 0.2, len(t)) if changes > 1 else np.array([0.2])
     fine = np.arange(0.0, seconds, 1e-3)
@@ -53,6 +53,17 @@ def test_standard_errors_grow_with_noise_and_hold_the_truth():
     for one in (quiet, loud):
         assert abs(one.response.lag - truth.lag) < 4 * one.errors.lag + 2e-3
         assert abs(one.response.delay - truth.delay) < 4 * one.errors.delay + 2e-3
+
+
+def test_standard_errors_hold_the_truth_of_a_gain_that_differs_between_manoeuvres():
+    held = 0
+    for seed in range(20):
+        steady = measured(Response(1.0, 0.1, 0.0), 40, seed=seed)
+        gains = np.random.default_rng(seed).normal(1.0, 0.1, 40)[steady.begin.astype(int)]
+        found = fitted(replace(steady, y=steady.y * gains))
+        held += abs(found.response.gain - 1.0) <= 2 * found.errors.gain
+
+    assert held >= 17
 
 
 def test_a_robot_that_stands_or_ignores_commands_gives_no_values():
