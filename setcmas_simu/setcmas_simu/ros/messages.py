@@ -74,10 +74,7 @@ def seconds_of(stamp: Time) -> float:
 
 
 RECEIPT_S = 0.6
-"""Longest wait for the receipt of last messages, in s.
-
-On one machine publishers ask for it every 0.5 s (`config/fastdds_loopback.xml`).
-"""
+"""Longest wait for the receipt of last messages, in s."""
 
 
 def wait_until_received(publishers: Iterable[Publisher], longest_s: float = RECEIPT_S) -> None:
