@@ -57,7 +57,7 @@ def roll_after_the_laptop_is_cut_off(domain: int, folder: Path) -> list[float]:
 
 
 @contextlib.contextmanager
-def rogue_beside(experiment: Rehearsal, folder: Path, *arguments: str):
+def rogue_running(experiment: Rehearsal, folder: Path, *arguments: str):
     """Yield the process of a rogue that is on the network, from a machine of its own."""
     peers = 'ROS_STATIC_PEERS=' + ';'.join(experiment.network.addresses.values())
     command = experiment.network.command('rogue', ['env', peers, *ROGUE, *arguments])
@@ -89,20 +89,20 @@ def wait_until_it_goes(experiment: Rehearsal) -> None:
 def ways_past_a_rogue(domain: int, folder: Path) -> tuple[float, float]:
     """Return how far (m) a robot goes: when a rogue comes, and while it is there."""
     with over_a_network(domain, folder, *UNPROVED) as experiment:
-        with rogue_beside(experiment, folder) as rogue:
+        with rogue_running(experiment, folder) as rogue:
             experiment.peer.wait_for(lambda: 'several' in experiment.output())
-            beside = way_while_starts_are_pressed(experiment)
+            pressed = way_while_starts_are_pressed(experiment)
             rogue.kill()
         wait_until_it_goes(experiment)
         begin = experiment.way()
-        with rogue_beside(experiment, folder):
+        with rogue_running(experiment, folder):
             experiment.wait_for_stop(time.time())
             rolled = experiment.way() - begin
-            return rolled, beside + way_while_starts_are_pressed(experiment)
+            return rolled, pressed + way_while_starts_are_pressed(experiment)
 
 
 def way_behind_a_firewall(domain: int, folder: Path) -> tuple[float, str]:
-    """Switch the firewall of the docs on beside a rogue that drives a robot past its guard.
+    """Switch on the firewall of the docs while a rogue drives a robot past its guard.
 
     Returns:
         How far (m) the robot then goes while it is paused, and what the experiment said before.
@@ -112,7 +112,7 @@ def way_behind_a_firewall(domain: int, folder: Path) -> tuple[float, str]:
     rules = re.search(r'```nft\n(.*?)```', page, re.DOTALL)[1]
     with (
         over_a_network(domain, folder, *UNPROVED) as experiment,
-        rogue_beside(experiment, folder, 'guarded') as rogue,
+        rogue_running(experiment, folder, 'guarded') as rogue,
     ):
         wait_for, output, network = experiment.peer.wait_for, experiment.output, experiment.network
         wait_for(lambda: 'past its guard)' in output() and 'SWITCH THE ROBOT OFF' in output())

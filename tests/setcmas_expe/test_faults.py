@@ -135,10 +135,10 @@ def test_robots_over_a_network_whose_plug_is_pulled(domain, tmp_path):
 
 @pytest.mark.nightly
 def test_only_the_bridge_moves_a_robot_whose_base_listens_to_its_guard_alone(domain, tmp_path):
-    rolled, beside = on_a_network(ways_past_a_rogue, domain, tmp_path)
+    rolled, pressed = on_a_network(ways_past_a_rogue, domain, tmp_path)
 
     assert rolled < WAY
-    assert beside < STANDS_M
+    assert pressed < STANDS_M
 
 
 @pytest.mark.nightly

@@ -20,9 +20,9 @@ _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_net
 
 
 class Problem(enum.Enum):
-    """What the graph shows of robots: how long it must last before it is reported, in s, and how.
+    """A problem of robots in the graph: how long it must last, in s, and the text that reports it.
 
-    In the texts, `about` is what is known of the first of the robots, and `more` names the others.
+    `about` describes the problem of the first robot; `more` names the other robots that have it.
     """
 
     MIXED = _NOW_S, '{about}{more}; choose with --cmd-vel-type'

@@ -62,7 +62,7 @@ def find_script(
     function = form.partition('(')[0]
     names = {f'{group.kind}s': list(group.plugins()) for group in groups}
     names[f'in this folder with a function {function}'] = [
-        path.stem for path in scripts_in(Path.cwd()) if function in _functions_in(path)
+        path.stem for path in scripts_in(Path.cwd()) if _defines(path, function)
     ]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
     lists = '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
@@ -94,11 +94,15 @@ _LISTED = {'control', 'ctc', 'si_to_uni'}
 """A listed script defines one of these: a law, a triggering condition, or a conversion."""
 
 
-def _functions_in(path: Path) -> set[str]:
-    """Return the names of a script's functions; none if it cannot be read."""
+def _functions_of(tree: ast.Module) -> set[str]:
+    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def _defines(path: Path, function: str) -> bool:
+    """Return whether a script defines a function; one that cannot be read does not."""
     with contextlib.suppress(SetcmasError):
-        return {node.name for node in parsed(path).body if isinstance(node, ast.FunctionDef)}
-    return set()
+        return function in _functions_of(parsed(path))
+    return False
 
 
 def summary_of(path: Path) -> str | None:
@@ -108,7 +112,7 @@ def summary_of(path: Path) -> str | None:
     except SetcmasError as error:
         message, *_ = str(error).splitlines()
         return f'(cannot be read: {message})'
-    if not _functions_in(path) & _LISTED:
+    if not _functions_of(tree) & _LISTED:
         return None
     return (ast.get_docstring(tree) or '').partition('\n')[0]
 

@@ -1,1 +1,1 @@
-"""Description of a lab (robots, motion capture, arena, limits), and what is found in it."""
+"""A lab: its robots, motion capture, arena and limits, and the checks of the doctor."""

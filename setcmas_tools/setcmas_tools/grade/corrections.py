@@ -36,8 +36,7 @@ class Change:
     Attributes:
         submission: Its name.
         key: points of a criterion, or for the whole score: add, late or total.
-        correction: The change, but for points and total with the new points instead of what is
-            added.
+        correction: The points that are added; for `points` and `total`, the new points.
         criterion: The names of a scenario and its criterion; None for the score.
     """
 

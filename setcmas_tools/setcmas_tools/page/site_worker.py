@@ -90,7 +90,7 @@ class _Page(io.TextIOBase):
 
 
 def _name_loops(page: _Page, limit_s: float | None) -> None:
-    """Name the line of a script in a loop, once the page has heard nothing for so long.
+    """Name the line of a script that loops, once nothing was sent to the page for `limit_s`.
 
     The page can end a loop, but it cannot see where it is.
     """
