@@ -30,7 +30,7 @@ class EventTriggeredComm(RobotNode):
         broadcast: The triggering condition, with what it remembers.
         watch: Times the calls of the condition.
         odom_topic: The topic of the robot's poses.
-        sent: The last state sent.
+        sent: The last state sent, a serialised odometry.
         published: When trig_odom was last published, in s.
     """
 
@@ -44,7 +44,7 @@ class EventTriggeredComm(RobotNode):
         self.odom_topic = self.fixed('odom_topic', odom, 'poses of the robot')
         self.trig_event = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
         self.trig_odom = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
-        self.sent: Odometry | None = None
+        self.sent: bytes | None = None
         self.published = -math.inf
 
     def see(self, known: Floats, poses: Floats, adjacency: Floats | None) -> None:
@@ -55,14 +55,17 @@ class EventTriggeredComm(RobotNode):
         if adjacency is not None:
             self.broadcast.see(known, poses, adjacency[self.robot - 1])
 
-    def evaluate(self, state: RobotState) -> None:
-        """Decide whether to send a new state of the robot; otherwise repeat the last one."""
+    def evaluate(self, state: RobotState, odometry: bytes) -> None:
+        """Decide whether to send a new state of the robot; otherwise repeat the last one.
+
+        What is sent is the odometry, still serialised, from which the state is.
+        """
         with self.watch.call(self.robot, self.broadcast.path, Function.CONDITION):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)
         self.trig_event.publish(UInt16(data=int(triggered)))
         now = self.time.clock.now()
         if triggered:
-            self.sent = state.odometry
+            self.sent = odometry
         elif now - self.published < _REPEAT_S:
             return
         self.published = now

@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry
 from setcmas_simu.arrays import Floats
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_node import FleetNode
-from setcmas_simu.ros.messages import RobotState, state_of
+from setcmas_simu.ros.messages import RobotState, state_in
 
 POSE_TIMEOUT_S = 1.0
 """Age in s after which a robot's own pose is too old to command it."""
@@ -23,6 +23,7 @@ class FleetPoses:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
         now: Time in s of the last `take`.
         new: States that it found, by robot.
+        odometry: The newest usable odometry of each robot, serialised.
     """
 
     def __init__(self, sources: Mapping[int, tuple[FleetNode, str]], nb_robots: int) -> None:
@@ -30,11 +31,12 @@ class FleetPoses:
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
         self.new: dict[int, RobotState] = {}
+        self.odometry: dict[int, bytes] = {}
         self._received = np.full(nb_robots, -np.inf)
         self._faults: dict[int, str] = {}
         self._sources = sources
         self._newest = {
-            robot: node.newest(Odometry, topic, qos.NEWEST_STATE)
+            robot: node.newest(Odometry, topic, qos.NEWEST_STATE, raw=True)
             for robot, (node, topic) in sources.items()
         }
 
@@ -48,8 +50,8 @@ class FleetPoses:
         """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
         self.now, self.new = now, {}
         for robot, newest in self._newest.items():
-            if message := newest():
-                self._take(robot, message)
+            if odometry := newest():
+                self._take(robot, odometry)
 
     def missing(self) -> list[int]:
         """Return the followed robots without a pose yet."""
@@ -68,8 +70,8 @@ class FleetPoses:
         """Return the age in s of a robot's pose at the last `take`."""
         return self.now - float(self._received[robot - 1])
 
-    def _take(self, robot: int, message: Odometry) -> None:
-        state = state_of(message)
+    def _take(self, robot: int, odometry: bytes) -> None:
+        state = state_in(odometry)
         if isinstance(state, str):
             self._faults[robot] = state
             return
@@ -77,3 +79,4 @@ class FleetPoses:
         self.poses[:, robot - 1] = state.pose
         self._received[robot - 1] = self.now
         self.new[robot] = state
+        self.odometry[robot] = odometry

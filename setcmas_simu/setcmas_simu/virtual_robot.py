@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Empty
 
 from setcmas_simu.arrays import Floats
@@ -29,7 +28,7 @@ from setcmas_simu.robots.models_by_name import (
     robot_models,
 )
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_topics import TYPES
+from setcmas_simu.ros.cmd_vel_topics import Command, newest_command
 from setcmas_simu.ros.parameters import NodeParameters
 from setcmas_simu.ros.robot_state import StatePublisher
 from setcmas_simu.script_calls import Function, ScriptCall
@@ -85,7 +84,7 @@ class VirtualRobot(RobotNode):
             self, options, ('limits', 'cmd_timeout'), check=self.check
         )
 
-        self.cmd_vel = self.newest(TYPES[options.cmd_vel_type], topics.CMD_VEL, qos.COMMAND)
+        self.cmd_vel = newest_command(self, options.cmd_vel_type)
         self.reset = self.newest(Empty, topics.RESET, qos.EVENT)
         self.on_failure, self.has_started = on_failure, False
         self.next_look = -math.inf
@@ -105,8 +104,8 @@ class VirtualRobot(RobotNode):
             self.apply(self.parameters.options)
         if self.time.now >= self.next_look:
             self.look()
-        if message := self.cmd_vel():
-            self.command, self.received_at = self.command_in(message), self.time.now
+        if received := self.cmd_vel():
+            self.command, self.received_at = self.checked(received), self.time.now
         if self.has_started:  # the first step only publishes the start
             is_new = self.time.now - self.received_at <= self.timeout
             command = self.command if is_new else _REST
@@ -121,10 +120,9 @@ class VirtualRobot(RobotNode):
             self.restart()
         self.odom.find_displays()
 
-    def command_in(self, message: Twist | TwistStamped) -> Floats:
-        """Return the command in a message; zero for one that is not finite, or far too large."""
-        twist = message.twist if isinstance(message, TwistStamped) else message
-        V, left, omega = command = (twist.linear.x, twist.linear.y, twist.angular.z)
+    def checked(self, command: Command) -> Floats:
+        """Return a command as an array; zero for one that is not finite, or far too large."""
+        V, left, omega = command
         if all(abs(speed) <= MOST_SPEED for speed in command):
             return np.array(command)[:, None]
         self.warn_once(

@@ -46,7 +46,7 @@ class Sender:
         self.odometry.publish(message)
         self.poses.take(self.stepped.clock.t)
         if state := self.poses.new.get(3):
-            self.node.evaluate(state)
+            self.node.evaluate(state, self.poses.odometry[3])
 
     def heard(self):
         """Return the places that were sent, and the events."""

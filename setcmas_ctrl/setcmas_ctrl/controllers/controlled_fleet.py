@@ -211,7 +211,7 @@ class ControlledFleet:
         self.poses.take(now)
         for sender in self.senders:
             if state := self.poses.new.get(sender.robot):
-                sender.evaluate(state)
+                sender.evaluate(state, self.poses.odometry[sender.robot])
         self.network.take()
         self._announced.take()
         self._follow_models()

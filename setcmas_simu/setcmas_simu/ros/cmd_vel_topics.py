@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 from builtin_interfaces.msg import Time
@@ -16,6 +16,8 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.fleet_node import FleetNode
+from setcmas_simu.ros.messages import CutShortError, SerializedMessage
 
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
 """Message classes by their name in options."""
@@ -24,10 +26,41 @@ ROS_NAMES = {'geometry_msgs/msg/TwistStamped': 'twist_stamped', 'geometry_msgs/m
 """Names in options by ROS type name."""
 
 
+Command = tuple[float, float, float]
+"""Speeds forward and to the left in m/s, and turn rate in rad/s."""
+
+
 def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
     """Return forward speed (m/s) and turn rate (rad/s) of a command of either type."""
     twist = message.twist if isinstance(message, TwistStamped) else message
     return twist.linear.x, twist.angular.z
+
+
+def newest_command(node: FleetNode, kind: str) -> Callable[[], Command | None]:
+    """Subscribe to the commands of a node's robot; kind is 'twist' or 'twist_stamped'.
+
+    Returns:
+        A function that returns the newest command since its last call: speeds forward and to the
+        left in m/s, turn rate in rad/s. It returns None if none has come, or one cut short.
+    """
+    newest = node.newest(TYPES[kind], topics.CMD_VEL, qos.COMMAND, raw=True)
+
+    def take() -> Command | None:
+        message = newest()
+        return _command_in(message, TYPES[kind] is TwistStamped) if message else None
+
+    return take
+
+
+def _command_in(message: bytes, has_header: bool) -> Command | None:
+    try:
+        fields = SerializedMessage(message)
+        if has_header:
+            fields.skip_header()
+        V, left, _, _, _, omega = fields.reals(6)
+    except CutShortError:
+        return None
+    return V, left, omega
 
 
 KILLED = 'a killed one is listed for up to 20 s'

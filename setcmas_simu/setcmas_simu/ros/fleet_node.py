@@ -101,10 +101,13 @@ class FleetNode(Node):
         kwargs.setdefault('event_callbacks', silent)
         return super().create_subscription(msg_type, self.full_name(topic), *args, **kwargs)
 
-    def newest(self, kind: type, topic: str, profile: QoSProfile = qos.STATE) -> Callable[[], Any]:
+    def newest(
+        self, kind: type, topic: str, profile: QoSProfile = qos.STATE, raw: bool = False
+    ) -> Callable[[], Any]:
         """Subscribe; return a function that returns the newest message since its last call.
 
-        It returns None if none has come, or one that its sender has cut short.
+        It returns None if none has come, or one that its sender has cut short. A raw message stays
+        serialised, and may be cut short.
         """
         latest = QoSProfile(
             depth=1, reliability=profile.reliability, durability=profile.durability
@@ -115,7 +118,7 @@ class FleetNode(Node):
 
         def take() -> Any:
             try:
-                taken = handle.take_message(kind, False)
+                taken = handle.take_message(kind, raw)
             except UNREADABLE:
                 return None
             return taken and taken[0]

@@ -1,10 +1,11 @@
-"""Messages: their classes by type, the state of a robot in an odometry, stamps, receipt."""
+"""Messages: their classes by type, numbers in serialised ones, states of robots, stamps."""
 
 from __future__ import annotations
 
 import math
+import struct
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -29,24 +30,88 @@ def message_class(msgtype: str) -> Any:
         raise NoPythonTypeError(f'no Python package {package} with it is installed') from error
 
 
+_ORDERS = {b'\x00\x00': '>', b'\x00\x01': '<'}  # CDR, big or little endian
+_START = 4  # bytes before the first field, which tell the encoding
+
+
+class CutShortError(Exception):
+    """A message ends before a field, or has an unknown encoding."""
+
+
+class SerializedMessage:
+    """Reads the fields of a message one after another, from the bytes that a subscription takes.
+
+    They are encoded as CDR (OMG, DDS Interoperability Wire Protocol 2.2, section 10), where each
+    number is aligned to its own size. rclpy would make 14 objects of an odometry, in 38 us instead
+    of 5: with poses and commands read here, simulator and controllers of 100 robots take 0.35 core
+    instead of 0.46 (benchmarks/fleet.py, 2 cores of an AMD EPYC). The package rosbags reads as
+    fast, but takes 0.16 s to import.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        """Begin at the first field; raise CutShortError if the encoding is unknown."""
+        if data[:2] not in _ORDERS:
+            raise CutShortError
+        self._order, self._fields, self._at = _ORDERS[data[:2]], data[_START:], 0
+
+    def skip_header(self) -> None:
+        """Skip a std_msgs/Header: the two numbers of its stamp, and a frame."""
+        self._numbers(2, 'i', 4)
+        self.skip_string()
+
+    def skip_string(self) -> None:
+        """Skip a string: its length, and so many bytes."""
+        (length,) = self._numbers(1, 'I', 4)
+        self._at += int(length)
+
+    def reals(self, count: int) -> tuple[float, ...]:
+        """Return numbers of type float64, or raise CutShortError."""
+        return self._numbers(count, 'd', 8)
+
+    def _numbers(self, count: int, kind: str, size: int) -> tuple[float, ...]:
+        at = -(-self._at // size) * size
+        self._at = at + count * size
+        try:
+            return struct.unpack_from(f'{self._order}{count}{kind}', self._fields, at)
+        except struct.error as error:
+            raise CutShortError from error
+
+
 class RobotState(NamedTuple):
-    """State of a robot: pose, forward speed V in m/s, and its odometry."""
+    """State of a robot: its pose, and its forward speed V in m/s."""
 
     pose: Pose
     V: float
-    odometry: Odometry
 
 
 def state_of(message: Odometry) -> RobotState | str:
     """Return the state in an odometry, or why its pose cannot be used."""
     place, turn = message.pose.pose.position, message.pose.pose.orientation
-    norm = turn.x * turn.x + turn.y * turn.y + turn.z * turn.z + turn.w * turn.w
-    if not math.isfinite(place.x + place.y + norm):
+    V = message.twist.twist.linear.x
+    return _checked_state(place.x, place.y, (turn.x, turn.y, turn.z, turn.w), V)
+
+
+def state_in(odometry: bytes) -> RobotState | str:
+    """Return the same for a serialised odometry."""
+    try:
+        fields = SerializedMessage(odometry)
+        fields.skip_header()
+        fields.skip_string()
+        x, y, _, *turn = fields.reals(7)
+        fields.reals(36)  # covariances
+        V, *_ = fields.reals(6)
+    except CutShortError:
+        return 'it is cut short'
+    return _checked_state(x, y, turn, V)
+
+
+def _checked_state(x: float, y: float, turn: Sequence[float], V: float) -> RobotState | str:
+    norm = sum(part * part for part in turn)
+    if not math.isfinite(x + y + norm):
         return 'its pose is NaN or infinite'
     if not norm:
         return 'its orientation is a zero quaternion'
-    theta = float(yaw_of_quaternion(turn.x, turn.y, turn.z, turn.w))
-    return RobotState((place.x, place.y, theta), message.twist.twist.linear.x, message)
+    return RobotState((x, y, float(yaw_of_quaternion(*turn))), V)
 
 
 def fill_odometry(message: Odometry, pose: Pose, V: float, omega: float) -> None:

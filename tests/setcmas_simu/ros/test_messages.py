@@ -8,9 +8,19 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from processes import SIMU
 from rclpy.duration import Duration
+from rclpy.serialization import serialize_message
+from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.ros import messages, qos
-from setcmas_simu.ros.messages import state_of, wait_until_received
+from setcmas_simu.ros.messages import (
+    CutShortError,
+    RobotState,
+    SerializedMessage,
+    fill_odometry,
+    state_in,
+    state_of,
+    wait_until_received,
+)
 
 
 def odometry(x, y, z, w):
@@ -29,7 +39,7 @@ def test_the_state_in_an_odometry(length):
 
     assert state.pose == pytest.approx((1.0, -2.0, 2.0))
     assert state.V == 0.3
-    assert state.odometry is message
+    assert state_in(serialize_message(message)) == state
 
 
 @pytest.mark.parametrize(
@@ -61,3 +71,54 @@ def test_last_commands_have_been_received_when_the_wait_ends(start, peer):
         publisher.publish(TwistStamped())
         wait_until_received([publisher])
         assert publisher.wait_for_all_acked(Duration(seconds=0))
+
+
+def odometry_of(frame, child):
+    message = Odometry(child_frame_id=child)
+    message.header.frame_id = frame
+    message.header.stamp.sec, message.header.stamp.nanosec = 3, 5
+    fill_odometry(message, (1.5, -2.25, 0.7), 0.125, -0.5)
+    message.pose.covariance[:], message.twist.covariance[:] = 7.0, 8.0
+    return message
+
+
+@pytest.mark.parametrize('child', ['', 'b', 'ba', 'base', 'tb3_12/base_link', 'é'])
+@pytest.mark.parametrize('frame', ['', 'w', 'wo', 'wor', 'world'])
+def test_the_state_is_read_whatever_the_names_of_frames(frame, child):
+    message = odometry_of(frame, child)
+    state = state_in(serialize_message(message))
+    assert state == state_of(message)
+    assert state.pose[:2] == (1.5, -2.25)
+    assert state.V == 0.125
+
+
+def test_big_endian_messages_are_read():
+    store = get_typestore(Stores.ROS2_JAZZY)
+    kind = 'nav_msgs/msg/Odometry'
+    message = store.deserialize_cdr(serialize_message(odometry_of('world', 'base')), kind)
+    data = bytes(store.serialize_cdr(message, kind, little_endian=False))
+    assert data[:2] == b'\x00\x00'
+    assert state_in(data) == state_of(odometry_of('world', 'base'))
+
+
+def test_a_message_that_ends_early_has_no_state():
+    data = serialize_message(odometry_of('world', 'base'))
+    states = {size: state_in(data[:size]) for size in range(len(data))}
+    cut_short = [size for size, state in states.items() if state == 'it is cut short']
+    # What comes after the twist, its covariance, is not read.
+    assert cut_short == list(range(len(data) - 36 * 8))
+    assert all(isinstance(states[size], RobotState) for size in states.keys() - set(cut_short))
+
+
+def test_a_name_longer_than_its_message_is_cut_short():
+    data = bytearray(serialize_message(TwistStamped()))
+    data[12:16] = b'\xff\xff\xff\xff'
+    fields = SerializedMessage(bytes(data))
+    fields.skip_header()
+    with pytest.raises(CutShortError):
+        fields.reals(6)
+
+
+def test_unknown_encodings_are_refused():
+    with pytest.raises(CutShortError):
+        SerializedMessage(b'\x00\x07' + serialize_message(TwistStamped())[2:])
