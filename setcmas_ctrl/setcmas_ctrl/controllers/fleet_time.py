@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import socket
+from typing import TYPE_CHECKING
 
 from rclpy.node import Node
-from sensor_msgs.msg import TimeReference
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -14,6 +13,9 @@ from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import RosProcess
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import TimeReference
 
 _SAME_S = 0.02  # covers the travel time of messages between machines
 _RECENT_S = 1.0
@@ -86,11 +88,12 @@ class FleetTimeTopic:
         self, node: Node, robots: list[int], fleet_time: FleetTime, clock: SteadyClock
     ) -> None:
         """Publish and synchronise a time, which runs by a clock."""
-        self._node = node
+        from sensor_msgs.msg import TimeReference  # takes 0.01 s; most processes control all
+
         self._time = fleet_time
         self._clock = clock
-        host = socket.gethostname()
-        self._source = f'{robots_in_words(robots)} (process {os.getpid()} on {host})'
+        process = f'process {os.getpid()} on {os.uname().nodename}'
+        self._message = TimeReference(source=f'{robots_in_words(robots)} ({process})')
         self._publisher = node.create_publisher(TimeReference, topics.FLEET_TIME, qos.EVENT)
         self.topic = PolledTopic(node, TimeReference, topics.FLEET_TIME, self._on_time, qos.EVENT)
 
@@ -102,11 +105,10 @@ class FleetTimeTopic:
         """Publish the current t if another process listens."""
         if self._publisher.get_subscription_count() > 1:  # this process is one of them
             t = self._time.at(self._clock.now())
-            time_ref = messages.stamp_of(round(1e9 * t))
-            message = TimeReference(time_ref=time_ref, source=self._source)
-            message.header.stamp = self._clock.stamp()
-            self._publisher.publish(message)
+            self._message.time_ref = messages.stamp_of(round(1e9 * t))
+            self._message.header.stamp = self._clock.stamp()
+            self._publisher.publish(self._message)
 
     def _on_time(self, message: TimeReference) -> None:
-        if message.source != self._source:
+        if message.source != self._message.source:
             self._time.synchronise(messages.seconds_of(message.time_ref), self._clock.now())

@@ -11,7 +11,6 @@ import threading
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from typing import Any
@@ -44,8 +43,8 @@ def calling_robot() -> int | None:
     return None
 
 
-class ScriptImports(MetaPathFinder):
-    """Imports of a robot's script."""
+class ScriptImports:
+    """Imports of a robot's script: a finder of `sys.meta_path`."""
 
     def __init__(self, folder: Path, robot: int) -> None:
         self.robot = robot

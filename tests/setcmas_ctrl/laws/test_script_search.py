@@ -1,7 +1,11 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
 from setcmas_ctrl.control_law import ControlLaw
+from setcmas_ctrl.laws.control_options import LawOptions
 from setcmas_ctrl.laws.script_loader import ALGORITHMS, EXERCISES
 from setcmas_ctrl.laws.script_search import LawScripts, exercise_of, is_unfilled, unfilled_note
 from setcmas_simu.errors import SetcmasError
@@ -108,3 +112,18 @@ def test_a_script_declares_its_exercise_or_has_its_name(copy, tmp_path):
     assert exercise_of(ALGORITHMS.file('nav_wp')) == 'nav_wp'
     assert not is_unfilled(ALGORITHMS.file('nav_wp'))
     assert unfilled_note(EXERCISES.file('nav_wp')).startswith('exercise nav_wp is not filled in')
+
+
+def test_a_law_is_passed_to_a_node_by_its_path(folder, tmp_path):
+    """So that the node need not look for it among all packages."""
+
+    def passed(algo, **others):
+        _, values = LawOptions(algo=algo, **others).arguments()
+        return yaml.safe_load(values)['algo']
+
+    assert passed('leader') == str(tmp_path / 'leader.py')
+    assert passed('./1:a,b') == str(tmp_path / '1:a,b.py')
+    assert Path(passed('nav-wp')) == ALGORITHMS.file('nav_wp')
+    assert Path(passed('consensus', exercise=True)) == EXERCISES.file('consensus')
+    for algo in ('external', '1:leader,2-4:consensus'):
+        assert passed(algo) == algo
