@@ -67,7 +67,7 @@ class CmdVelBridge(RobotNode):
     def __init__(self, robot: LabRobot, lab: Lab, fleet: FleetNode, step_time: StepTime) -> None:
         """Create the topics of a robot; `fleet` stands for this process."""
         name, number = topics.CMD_VEL_BRIDGE, robot.number
-        super().__init__(name, number, fleet, step_time, has_services=False, follows_clock=False)
+        super().__init__(name, number, fleet, step_time, follows_clock=False)
         self.lab, self.topic = lab, robot.topic(topics.CMD_VEL)
         self.wanted = self.newest(TwistStamped, topics.CMD_VEL_WANTED, qos.COMMAND)
         self.odom = self.newest(Odometry, topics.mocap_topic(self.robot))

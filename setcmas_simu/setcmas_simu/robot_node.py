@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -28,9 +28,6 @@ from setcmas_simu.option_kinds import Number
 from setcmas_simu.ros.clocks import SteadyClock
 from setcmas_simu.ros.fleet_node import FleetNode, of_other_nodes
 from setcmas_simu.ros.process import RosProcess
-
-MOST_WITH_SERVICES = 20
-"""Size of the fleet up to which each node has parameter services: they take time to start."""
 
 _POLL_EVERY_S = 0.01
 _SAME_TIME = 1e-6
@@ -75,7 +72,6 @@ class RobotNode(FleetNode):
         robot: int | None = None,
         fleet: FleetNode | None = None,
         time: StepTime | None = None,
-        has_services: bool = True,
         follows_clock: bool = True,
         **kwargs: Any,
     ) -> None:
@@ -86,8 +82,8 @@ class RobotNode(FleetNode):
             robot: Number of the robot. A node that is alone in its process gets it from its
                 namespace, or from the parameter robot_no.
             fleet: The node that stands for the fleet in this process; None if this one is alone.
+                In a fleet, its services for parameters start late (`RequestWait`).
             time: Time of the steps, which all nodes of a process share.
-            has_services: Whether other processes can read and set its parameters.
             follows_clock: Whether it may have use_sim_time.
             **kwargs: As for `rclpy.node.Node`.
 
@@ -99,7 +95,8 @@ class RobotNode(FleetNode):
             kwargs |= {'namespace': f'{fleet.fleet_namespace}/{robot_name(robot)}'}
             kwargs |= of_other_nodes()
         kwargs.setdefault('namespace', robot_name(1))  # unless ROS's own -r __ns:= says another
-        super().__init__(name, follows_clock, start_parameter_services=has_services, **kwargs)
+        kwargs.setdefault('start_parameter_services', is_alone)
+        super().__init__(name, follows_clock, **kwargs)
         self.time = time or StepTime(0.1)
         named = ROBOT_PATTERN.search(f'{self.get_namespace()}/')
         number = robot or int(named[1] if named else 1)
@@ -145,6 +142,17 @@ class RobotNode(FleetNode):
         """Publish the last words of this node, while it still can."""
 
 
+MOST_WITH_SERVICES = 20
+"""Number of robots up to which other processes can read and set the parameters of each node."""
+
+_SERVED_AFTER_A_STEP = 4  # nodes: 0.01 s
+
+
+def with_services(nodes: Sequence[RobotNode]) -> Sequence[RobotNode]:
+    """Return the nodes of a process that are to get services for their parameters."""
+    return nodes if len({node.robot for node in nodes}) <= MOST_WITH_SERVICES else ()
+
+
 def run_steps(
     process: RosProcess,
     time: StepTime,
@@ -168,6 +176,8 @@ def run_steps(
     while not process.stopping:
         time.begin_step(clock.now())
         step()
+        if process.requests:
+            process.requests.start_services(_SERVED_AFTER_A_STEP)
         due += time.period
         behind = clock.now() - due
         if behind > 0.0:

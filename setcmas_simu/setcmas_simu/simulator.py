@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports import Failed
-from setcmas_simu.robot_node import MOST_WITH_SERVICES, StepTime, run_steps
+from setcmas_simu.robot_node import StepTime, run_steps, with_services
 from setcmas_simu.robots.models_by_name import check_models, model_names, seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.clocks import ScaledClock
@@ -91,15 +91,7 @@ def virtual_robots(
     simulated = options.simulated()
     seed_scripts(simulated.models, options.seed)
     return [
-        VirtualRobot(
-            robot,
-            tuple(start),
-            model,
-            options,
-            on_failure,
-            fleet=node,
-            has_services=len(simulated.robots) <= MOST_WITH_SERVICES,
-        )
+        VirtualRobot(robot, tuple(start), model, options, on_failure, fleet=node)
         for robot, start, model in zip(
             simulated.robots, simulated.start_poses.T.tolist(), simulated.models, strict=True
         )
@@ -145,7 +137,8 @@ class Simulator:
         robots = robots_in_words([robot.robot for robot in self._robots])
         rate = 1.0 / self.time.period
         self._node.get_logger().info(f'simulating {robots} at {rate:g} Hz; Ctrl-C stops')
-        process.requests = RequestWait([self._node, *self._robots])
+        nodes = [self._node, *self._robots]
+        process.requests = RequestWait(nodes, late=with_services(self._robots))
         run_steps(process, self.time, self.step)
 
     def step(self) -> None:

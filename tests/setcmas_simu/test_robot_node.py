@@ -150,7 +150,7 @@ class Steps:
     """Notes its steps, which may take their time; asks to stop after the last."""
 
     def __init__(self, clock: Clock, durations: list[float]) -> None:
-        self.stopping = False
+        self.stopping, self.requests = False, None
         self.times: list[float] = []
         self._clock = clock
         self._durations = iter(durations)

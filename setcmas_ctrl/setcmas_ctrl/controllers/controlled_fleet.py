@@ -21,7 +21,7 @@ from setcmas_ctrl.si_to_uni_script import ScriptConversion, script_conversions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.robot_node import MOST_WITH_SERVICES, RobotNode, StepTime
+from setcmas_simu.robot_node import RobotNode, StepTime, with_services
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models_by_name import is_script, model_names, robot_models
 from setcmas_simu.ros.clocks import SteadyClock
@@ -117,7 +117,8 @@ class ControlledFleet:
             node, options, self.robots, self.poses, self.si_to_unis, process.launcher, self.time
         )
         urgent = [*self.monitor.urgent, *clock.topics]
-        process.requests = RequestWait(every_node, urgent)  # also while nodes wait
+        # Also while nodes wait.
+        process.requests = RequestWait(every_node, urgent, with_services(nodes))
 
     def _nodes(self, safety: FilterOptions) -> list[RobotNode]:
         """Return the nodes of the robots in this process."""
@@ -126,10 +127,7 @@ class ControlledFleet:
             self.node.time = self.time
             return [self.node]
         limits = options.limits or limits_named(self._announced.first.limits)
-        has_services = len(self.robots) <= MOST_WITH_SERVICES
-        of_nodes: dict[str, Any] = {
-            'fleet': self.node, 'time': self.time, 'has_services': has_services
-        }  # fmt: skip
+        of_nodes: dict[str, Any] = {'fleet': self.node, 'time': self.time}
         nodes: list[RobotNode] = []
         for robot in self.robots:
             if self.scripts.laws:

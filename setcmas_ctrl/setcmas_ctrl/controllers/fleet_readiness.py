@@ -100,6 +100,8 @@ def _wait_until(
     while not process.stopping and not process.spin_until(is_there, _REMIND_EVERY_S):
         if not process.stopping:
             remind()
+            if process.requests:
+                process.requests.start_services()  # this may take long
     if process.stopping:
         raise StopCall
 

@@ -121,7 +121,9 @@ class EmulatedGuards:
         """Return the guard of a robot; it logs only stops."""
         name = f'{robot.namespace}.{topics.CMD_VEL_GUARD_NODE}'.replace('/', '.')
         set_logger_level(name, LoggingSeverity.WARN)
-        return CmdVelGuard(self._options, namespace=robot.namespace, has_services=False)
+        return CmdVelGuard(
+            self._options, namespace=robot.namespace, start_parameter_services=False
+        )
 
 
 LAB_RATE_HZ = 50.0
