@@ -58,7 +58,7 @@ class EventTriggeredComm(RobotNode):
     def evaluate(self, state: RobotState, odometry: bytes) -> None:
         """Decide whether to send a new state of the robot; otherwise repeat the last one.
 
-        What is sent is the odometry, still serialised, from which the state is.
+        The odometry is the serialised message that the state was read from, and that is sent.
         """
         with self.watch.call(self.robot, self.broadcast.path, Function.CONDITION):
             triggered = self.broadcast.is_triggered(state.pose, state.V, self.time.t)

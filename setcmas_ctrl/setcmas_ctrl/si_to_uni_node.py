@@ -10,7 +10,6 @@ any language. `setcmas ctrl` runs the nodes of a whole fleet in one process
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from setcmas_simu.robot_node import RobotNode
 from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
 from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, Command
 from setcmas_simu.ros.parameters import NodeParameters
 
 REPEAT_S = 0.2
@@ -39,9 +38,6 @@ RESTS_S = 1.0
 _SHORTEST_TIMEOUT_S = 1.0
 _TIMEOUT_PERIODS = 3
 _JITTER_S = 0.01
-
-Command = Sequence[float]
-"""Speeds forward and to the left in m/s, and turn rate in rad/s."""
 
 REST = (0.0, 0.0, 0.0)
 NO_COMMAND = (math.nan, 0.0, math.nan)
@@ -176,8 +172,8 @@ class SiToUni(RobotNode):
         scripts = self.conversion.scripts
         if self.in_experiment and any(getattr(one, 'has_failed', False) for one in scripts):
             return NO_COMMAND
-        command: Command = commands[:, 0].tolist()
-        return command
+        V, left, omega = commands[:, 0].tolist()
+        return V, left, omega
 
     def send(self, command: Command) -> None:
         """Publish a command, unless the robot is paused: then it rests."""

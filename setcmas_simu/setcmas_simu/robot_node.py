@@ -142,15 +142,13 @@ class RobotNode(FleetNode):
         """Publish the last words of this node, while it still can."""
 
 
-MOST_WITH_SERVICES = 20
-"""Number of robots up to which other processes can read and set the parameters of each node."""
-
-_SERVED_AFTER_A_STEP = 4  # nodes: 0.01 s
+_MOST_WITH_SERVICES = 20  # robots
+_SERVED_AFTER_A_STEP = 4  # nodes, which takes 0.01 s
 
 
 def with_services(nodes: Sequence[RobotNode]) -> Sequence[RobotNode]:
-    """Return the nodes of a process that are to get services for their parameters."""
-    return nodes if len({node.robot for node in nodes}) <= MOST_WITH_SERVICES else ()
+    """Return the nodes of a process that are to get services for parameters: none of many robots."""
+    return nodes if len({node.robot for node in nodes}) <= _MOST_WITH_SERVICES else ()
 
 
 def run_steps(

@@ -135,7 +135,7 @@ def _serve_node(name: str, process: RosProcess, args: argparse.Namespace) -> int
 
 def _law_of_parameters(node: FleetNode, law: LawOptions) -> LawOptions:
     """Declare parameters that say which law it is; return it, or raise SetcmasError."""
-    algo = node.fixed(topics.LAW, str(law.algo), 'the control law')
+    algo = node.fixed('algo', str(law.algo), 'the control law')
     exercise = node.fixed('exercise', law.exercise, 'whether it is the exercise version')
     return replace(law, algo=algo, exercise=exercise)
 

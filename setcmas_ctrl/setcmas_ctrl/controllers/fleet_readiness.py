@@ -101,7 +101,7 @@ def _wait_until(
         if not process.stopping:
             remind()
             if process.requests:
-                process.requests.start_services()  # this may take long
+                process.requests.start_services()  # the wait may be long
     if process.stopping:
         raise StopCall
 

@@ -88,7 +88,7 @@ class FleetTimeTopic:
         self, node: Node, robots: list[int], fleet_time: FleetTime, clock: SteadyClock
     ) -> None:
         """Publish and synchronise a time, which runs by a clock."""
-        from sensor_msgs.msg import TimeReference  # takes 0.01 s; most processes control all
+        from sensor_msgs.msg import TimeReference  # takes 0.01 s; rarely needed
 
         self._time = fleet_time
         self._clock = clock

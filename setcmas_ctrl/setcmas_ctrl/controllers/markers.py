@@ -34,7 +34,6 @@ class MarkerCanvas:
 
     def __init__(self, node: Node) -> None:
         self.clock = SteadyClock()
-        self.profile = qos.LATCHED
         self._node = node
         self._publishers: dict[tuple[int, str, type], Publisher] = {}
         # A trail consists of messages of one sphere each, so messages do not grow. Their ids
@@ -63,7 +62,7 @@ class MarkerCanvas:
             self._publishers[key] = self._node.create_publisher(
                 kind,
                 topics.robot_topic(robot, name + suffix),
-                _TRAIL if kind is MarkerArray else self.profile,
+                _TRAIL if kind is MarkerArray else qos.LATCHED,
             )
         return self._publishers[key]
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from setcmas_ctrl.laws.script_loader import compile_script
+from setcmas_ctrl.laws.script_loader import ALGORITHMS, compile_script
 from setcmas_ctrl.laws.script_search import LawScripts, find_script
 from setcmas_ctrl.laws.script_seeds import SEED
 from setcmas_ctrl.laws.script_settings import parse_setting
 from setcmas_simu import option_kinds as kinds
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import check_in_fleet, format_robots, is_per_robot
+from setcmas_simu.fleet.fleet import check_in_fleet, format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.option_groups import Form, Options, flag, option
 from setcmas_simu.robots.model import VelocityLimits
@@ -146,13 +146,14 @@ class LawOptions(GainOptions):
             raise SetcmasError(f'--set is for control laws; --algo {EXTERNAL} has none')
 
     def arguments(self, *others: Options) -> list[str]:
-        """Do the same as `Options.arguments`; a script is passed by its path.
+        """Return the same as `Options.arguments`, with the path of a built-in law.
 
-        Looking for a built-in one again would take the child process 0.03 s and 2.5 MB
-        (importlib.metadata; benchmarks/fleet.py, 2 cores of an AMD EPYC).
+        Looking for it again would take the child process 0.03 s and 2.5 MB (importlib.metadata;
+        benchmarks/fleet.py, 2 cores of an AMD EPYC). Other names stay: the process runs in the
+        same folder, whose path ROS may not be able to send.
         """
         law = self
-        if self.is_scripts and not is_per_robot(str(self.algo)):
+        if self.is_scripts and str(self.algo) in ALGORITHMS:
             law = replace(self, algo=str(find_script(str(self.algo), self.exercise)))
         return Options.arguments(law, *others)
 

@@ -85,8 +85,6 @@ MAX_ROBOTS = 2000
 
 CONTROLLERS = 'controllers'
 """Node with the parameters of a process of controllers."""
-LAW = 'algo'
-"""Its parameter with the control law, as given to `--algo`."""
 
 
 def robot_name(robot: int) -> str:

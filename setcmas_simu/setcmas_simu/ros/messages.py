@@ -35,7 +35,7 @@ _START = 4  # bytes before the first field, which tell the encoding
 
 
 class CutShortError(Exception):
-    """A message ends before a field, or has an unknown encoding."""
+    """A message ends before a field, or is not encoded as CDR."""
 
 
 class SerializedMessage:
@@ -44,8 +44,8 @@ class SerializedMessage:
     They are encoded as CDR (OMG, DDS Interoperability Wire Protocol 2.2, section 10), where each
     number is aligned to its own size. rclpy would make 14 objects of an odometry, in 38 us instead
     of 5: with poses and commands read here, simulator and controllers of 100 robots take 0.35 core
-    instead of 0.46 (benchmarks/fleet.py, 2 cores of an AMD EPYC). The package rosbags reads as
-    fast, but takes 0.16 s to import.
+    instead of 0.46 (benchmarks/fleet.py, 2 cores of an AMD EPYC). The package rosbags reads it
+    as fast, but takes 0.16 s to import.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -99,7 +99,7 @@ def state_in(odometry: bytes) -> RobotState | str:
         fields.skip_string()
         x, y, _, *turn = fields.reals(7)
         fields.reals(36)  # covariances
-        V, *_ = fields.reals(6)
+        V, *_ = fields.reals(6 + 36)  # the same of the twist: none of it may be missing
     except CutShortError:
         return 'it is cut short'
     return _checked_state(x, y, turn, V)

@@ -98,7 +98,7 @@ class RequestWait:
         self._serve(nodes)
 
     def start_services(self, most: int | None = None) -> None:
-        """Let other processes read and set the parameters of the next late nodes, at most some."""
+        """Start the parameter services of the late nodes, of at most some of them at once."""
         if nodes := self._late[:most]:
             del self._late[:most]
             for node in nodes:

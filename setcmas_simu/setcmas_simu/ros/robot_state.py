@@ -14,7 +14,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.palettes import colour
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.fleet.topics import WORLD_FRAME, robot_name
+from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.model import Shape
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.ros import qos
@@ -81,7 +81,7 @@ _NOSE = (0.07, 0.0, 0.5 * _EDGE)  # shows the heading
 _Corner = tuple[float, float, float]
 
 
-def robot_marker(robot: int, frame_id: str = WORLD_FRAME, shape: Shape = BURGER_SHAPE) -> Marker:
+def robot_marker(robot: int, frame_id: str, shape: Shape) -> Marker:
     """Return the marker of a robot, still without stamp and pose."""
     red, green, blue = colour(robot)
     marker = Marker(ns=robot_name(robot), id=robot, action=Marker.ADD)

@@ -14,7 +14,6 @@ from rosbags.typesys import Stores, get_typestore
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.messages import (
     CutShortError,
-    RobotState,
     SerializedMessage,
     fill_odometry,
     state_in,
@@ -103,11 +102,7 @@ def test_big_endian_messages_are_read():
 
 def test_a_message_that_ends_early_has_no_state():
     data = serialize_message(odometry_of('world', 'base'))
-    states = {size: state_in(data[:size]) for size in range(len(data))}
-    cut_short = [size for size, state in states.items() if state == 'it is cut short']
-    # What comes after the twist, its covariance, is not read.
-    assert cut_short == list(range(len(data) - 36 * 8))
-    assert all(isinstance(states[size], RobotState) for size in states.keys() - set(cut_short))
+    assert {state_in(data[:size]) for size in range(len(data))} == {'it is cut short'}
 
 
 def test_a_name_longer_than_its_message_is_cut_short():
