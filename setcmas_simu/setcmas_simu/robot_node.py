@@ -143,11 +143,11 @@ class RobotNode(FleetNode):
 
 
 _MOST_WITH_SERVICES = 20  # robots
-_SERVED_AFTER_A_STEP = 4  # nodes, which takes 0.01 s
+_FOR_SERVICES = 0.1  # part of a period
 
 
 def with_services(nodes: Sequence[RobotNode]) -> Sequence[RobotNode]:
-    """Return the nodes of a process that are to get services for parameters: none of many robots."""
+    """Return the nodes of a process that are to get services for parameters; none if many."""
     return nodes if len({node.robot for node in nodes}) <= _MOST_WITH_SERVICES else ()
 
 
@@ -175,7 +175,7 @@ def run_steps(
         time.begin_step(clock.now())
         step()
         if process.requests:
-            process.requests.start_services(_SERVED_AFTER_A_STEP)
+            process.requests.start_services(_FOR_SERVICES * time.period / clock.rtf)
         due += time.period
         behind = clock.now() - due
         if behind > 0.0:

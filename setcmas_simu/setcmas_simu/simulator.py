@@ -44,6 +44,10 @@ def main(argv: list[str] | None = None) -> int:
 def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     options = SimulationOptions.of(args)
     on_failure = process.launcher.report
+
+    def is_stopping() -> bool:
+        return process.stopping
+
     node: FleetNode
     if options.robots is None and options.nb_robots is None:
         simulated = options.simulated()
@@ -51,13 +55,13 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
         node = robot = VirtualRobot(None, start, simulated.models[0], options, on_failure)
         robots = [robot]
         parameters = NodeParameters(node, options, {'rate': 'robot_rate'})
-        refuse_second_simulator(node, [robot.robot], nb_own=1)
+        refuse_second_simulator(node, [robot.robot], nb_own=1, is_stopping=is_stopping)
         announcer = FleetAnnouncer(node)
     else:
         node = FleetNode(topics.VIRTUAL_ROBOTS, enable_rosout=True)
         parameters = fleet_parameters(node, options)
         options = parameters.options
-        refuse_second_simulator(node, options.simulated().robots)
+        refuse_second_simulator(node, options.simulated().robots, is_stopping=is_stopping)
         # First: whoever discovers the topics of the robots has then found it.
         announcer = FleetAnnouncer(node)
         robots = virtual_robots(node, options, on_failure)

@@ -10,7 +10,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Bool, UInt16
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robot_node import RobotNode, StepTime, run_steps
+from setcmas_simu.robot_node import RobotNode, StepTime, run_steps, with_services
 from setcmas_simu.ros import fleet_node, qos
 from setcmas_simu.ros.fleet_node import FleetNode
 from setcmas_simu.ros.polling import UNREADABLE
@@ -133,6 +133,8 @@ def test_a_warning_with_a_key_is_shown_once(node_of, capfd):
 class Clock:
     """A clock that goes on only when it is waited for, or set."""
 
+    rtf = 1.0
+
     def __init__(self) -> None:
         self.t = 100.0
 
@@ -147,13 +149,20 @@ class Clock:
 
 
 class Steps:
-    """Notes its steps, which may take their time; asks to stop after the last."""
+    """Notes its steps, which may take their time; asks to stop after the last.
+
+    In place of a process it notes also for how long services may start after each step.
+    """
 
     def __init__(self, clock: Clock, durations: list[float]) -> None:
-        self.stopping, self.requests = False, None
+        self.stopping, self.requests = False, self
         self.times: list[float] = []
+        self.started: list[tuple[int, float]] = []
         self._clock = clock
         self._durations = iter(durations)
+
+    def start_services(self, within_s: float) -> None:
+        self.started.append((len(self.times), within_s))
 
     def step(self) -> None:
         self.times.append(round(self._clock.t - 100.0, 6))
@@ -177,6 +186,23 @@ def test_steps_keep_their_grid_and_are_not_made_up_for(durations, times):
 
     run_steps(steps, StepTime(0.2, clock), steps.step)
     assert steps.times == pytest.approx(times)
+
+
+def test_services_start_after_each_step_for_a_tenth_of_its_real_time():
+    clock = Clock()
+    clock.rtf = 4.0
+    steps = Steps(clock, [0.0] * 2)
+
+    run_steps(steps, StepTime(0.2, clock), steps.step)
+    assert [round(within_s, 9) for _, within_s in steps.started] == [0.005] * 3
+    assert [nb_steps for nb_steps, _ in steps.started] == [1, 2, 3]
+
+
+def test_nodes_of_up_to_20_robots_get_services():
+    nodes = [SimpleNamespace(robot=robot) for robot in range(1, 22) for _ in range(3)]
+
+    assert with_services(nodes[:60]) == nodes[:60]
+    assert with_services(nodes) == ()
 
 
 def test_the_period_may_change_on_the_way():

@@ -102,6 +102,7 @@ def test_a_single_robot_has_the_names_and_parameters_that_ros_gives_it(start, pe
 
     assert position(odometry[0]) == (2.0, -1.5)
     assert odometry[0].child_frame_id == 'base'
+    assert peer.node.count_services('/lab/tb3_3/virtual_robot/set_parameters') == 1
     assert json.loads(fleet[0].data)['robots'] == [3]
     publisher = peer.publisher(TwistStamped, '/lab/tb3_3/cmd_vel')
     publisher.publish(twist_stamped(1.0, 0.0))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -97,13 +99,15 @@ class RequestWait:
         self._topics = {one.subscription.handle.pointer: one for one in urgent}
         self._serve(nodes)
 
-    def start_services(self, most: int | None = None) -> None:
-        """Start the parameter services of the late nodes, of at most some of them at once."""
-        if nodes := self._late[:most]:
-            del self._late[:most]
-            for node in nodes:
-                ParameterService(node)
-            self._serve(nodes)
+    def start_services(self, within_s: float = math.inf) -> None:
+        """Start the parameter services of the next late node, and of more within a time in s."""
+        deadline = time.monotonic() + within_s
+        started: list[Node] = []
+        while self._late and (not started or time.monotonic() < deadline):
+            started.append(self._late.pop(0))
+            ParameterService(started[-1])
+        if started:
+            self._serve(started)
 
     def _serve(self, nodes: Sequence[Node]) -> None:
         self._services |= {one.handle.pointer: one for node in nodes for one in node.services}

@@ -23,10 +23,11 @@ def refuse_second_simulator(
     robots: Sequence[int],
     topic_of: Callable[[int], str] = topics.odometry_topic,
     nb_own: int = 0,
+    is_stopping: Callable[[], bool] = bool,
 ) -> None:
     """Wait for discovery; raise SetcmasError if others publish a robot's odometry.
 
-    `nb_own` is the number of publishers that this process has already.
+    `nb_own` is the number of publishers that this process has already; `is_stopping` ends a wait.
     """
 
     def present() -> list[int]:
@@ -39,10 +40,10 @@ def refuse_second_simulator(
         # A killed process stays in the graph for a while.
         node.get_logger().info('other nodes publish odometry; waiting to see if they remain')
         deadline = time.monotonic() + _FORGOTTEN_AFTER_S
-        while seen and time.monotonic() < deadline:
+        while seen and time.monotonic() < deadline and not is_stopping():
             time.sleep(0.1)
             seen = present()
-    if seen:
+    if seen and not is_stopping():
         names = [one.name for one in cmd_vel_topics.publishers(node, topic_of(seen[0]))]
         raise SetcmasError(
             f'{robots_in_words(seen, "are")} already simulated in ROS domain '
