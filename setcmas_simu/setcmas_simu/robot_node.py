@@ -143,6 +143,7 @@ class RobotNode(FleetNode):
 
 
 _MOST_WITH_SERVICES = 20  # robots
+_SERVICES_AFTER_S = 2.0  # of real time: other processes may start meanwhile
 _FOR_SERVICES = 0.1  # part of a period
 
 
@@ -170,11 +171,11 @@ def run_steps(
         poll: Called between steps, while the time says so.
     """
     clock = time.clock
-    due = clock.now()
+    due = first = clock.now()
     while not process.stopping:
         time.begin_step(clock.now())
         step()
-        if process.requests:
+        if process.requests and due - first >= _SERVICES_AFTER_S * clock.rtf:
             process.requests.start_services(_FOR_SERVICES * time.period / clock.rtf)
         due += time.period
         behind = clock.now() - due

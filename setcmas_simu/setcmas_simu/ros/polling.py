@@ -91,7 +91,7 @@ class RequestWait:
 
         Late nodes, which have no services for their parameters yet, get them by `start_services`.
         Those of one node take 3 ms: those of 8 robots would delay their first command by 0.1 s
-        (benchmarks/fleet.py, 2 cores of an AMD EPYC).
+        of processor time (benchmarks/fleet.py, 2 cores of an AMD EPYC).
         """
         self._context = nodes[0].context.handle
         self._late = [node for node in late if not any(node.services)]
