@@ -135,7 +135,7 @@ def measure_fleet(nb_robots: int, duration: float, setcmas: Path = SETCMAS) -> d
         observer.wait_for('cmd_vel', 60)
         processes = {'simu': node_process(simu), 'ctrl': node_process(ctrl)}
         start_cpu = sum(map(cpu_s, processes.values()))
-        observer.watch(3.0)
+        observer.watch(6.0)  # until the services for parameters have started, too
         before = {name: cpu_s(one) for name, one in processes.items()}
         begin, wall = time.time(), time.monotonic()
         observer.watch(duration)

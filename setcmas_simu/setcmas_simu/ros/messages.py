@@ -43,8 +43,8 @@ class SerializedMessage:
 
     They are encoded as CDR (OMG, DDS Interoperability Wire Protocol 2.2, section 10), where each
     number is aligned to its own size. rclpy would make 14 objects of an odometry, in 38 us instead
-    of 5: with poses and commands read here, simulator and controllers of 100 robots take 0.35 core
-    instead of 0.46 (benchmarks/fleet.py, 2 cores of an AMD EPYC). The package rosbags reads it
+    of 5: with poses and commands read here, simulator and controllers of 50 robots take a sixth
+    less processor time (benchmarks/fleet.py, 2 cores of an AMD EPYC). The package rosbags reads
     as fast, but takes 0.16 s to import.
     """
 
